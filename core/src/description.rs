@@ -1,0 +1,259 @@
+//! What a scene is before it is built: plain data in world units, as a file reader or a program
+//! writes it. [`crate::Scene::new`] turns it into a normalised, traversable [`crate::Scene`].
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use crate::color::Rgb;
+
+/// A whole scene in world units.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDescription {
+    /// Surfaces; emission is a property of the surface.
+    pub shapes: Vec<ShapeDescription>,
+    /// Scattering models, referred to by index from [`ShapeDescription::material`].
+    pub materials: Vec<MaterialDescription>,
+    /// Emitters that are not surfaces.
+    pub emitters: Vec<EmitterDescription>,
+    /// The one sensor of the scene.
+    pub sensor: SensorDescription,
+    /// The film behind the sensor.
+    pub film: FilmDescription,
+}
+
+/// One surface.
+#[derive(Clone, Debug)]
+pub struct ShapeDescription {
+    /// Name for messages (the file's id or the shape's type and line).
+    pub name: String,
+    /// The surface in its own space.
+    pub geometry: ShapeGeometry,
+    /// Own space → world. Mirrored (negative determinant) transforms are allowed.
+    pub to_world: DAffine3,
+    /// Turns geometric and shading normals round, and with them the emitting side.
+    pub flip_normals: bool,
+    /// Index into [`SceneDescription::materials`].
+    pub material: usize,
+    /// Radiance of a one-sided area emitter: the side the geometric normal points to emits.
+    pub emission: Option<Rgb>,
+}
+
+/// A surface in its own space.
+#[derive(Clone, Debug)]
+pub enum ShapeGeometry {
+    /// Triangles.
+    Mesh(Arc<MeshData>),
+    /// The square [−1,1]² at z = 0, normal +z, ∂p/∂u along +x.
+    Rectangle,
+    /// The box [−1,1]³ with outward normals.
+    Cube,
+    /// Sphere with outward normals. `to_world` may rotate, translate and scale uniformly only.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius > 0.
+        radius: f64,
+    },
+    /// The unit disk at z = 0, normal +z.
+    Disk,
+}
+
+/// Triangles with optional shading normals and texture coordinates, one index set for all.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Shading normals per vertex: empty (faceted) or as many as positions; unit length.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates per vertex: empty or as many as positions. Only the direction of
+    /// ∂p/∂u matters (anisotropic roughness).
+    pub uvs: Vec<[f32; 2]>,
+    /// Vertex indices, counter-clockwise seen from the side the normal points to.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A scattering model.
+#[derive(Clone, Debug)]
+pub struct MaterialDescription {
+    /// Name for messages.
+    pub name: String,
+    /// The model.
+    pub kind: MaterialKind,
+}
+
+/// Parameters of the scattering models.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MaterialKind {
+    /// Lambert: f = ρ/π on the front side, black behind.
+    Diffuse {
+        /// ρ in [0,1].
+        reflectance: Rgb,
+    },
+    /// Smooth boundary between two dielectrics.
+    Dielectric {
+        /// Refractive index on the side away from the normal.
+        int_ior: f32,
+        /// Refractive index on the normal's side.
+        ext_ior: f32,
+        /// Factor on reflection (1 is physical).
+        specular_reflectance: Rgb,
+        /// Factor on transmission (1 is physical).
+        specular_transmittance: Rgb,
+    },
+    /// Smooth conductor.
+    Conductor {
+        /// Real part of the refractive index relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on reflection (1 is physical).
+        specular_reflectance: Rgb,
+    },
+    /// Rough conductor (Walter 2007 with complex Fresnel).
+    RoughConductor {
+        /// Normal distribution.
+        distribution: MicrofacetKind,
+        /// Roughness along ∂p/∂u.
+        alpha_u: f32,
+        /// Roughness along ∂p/∂v.
+        alpha_v: f32,
+        /// Samples the distribution of visible normals (Heitz 2014, 2018) if true, all normals otherwise.
+        sample_visible: bool,
+        /// Real part of the refractive index relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on reflection (1 is physical).
+        specular_reflectance: Rgb,
+    },
+    /// Two one-sided opaque models; the back one sees the flipped frame.
+    TwoSided {
+        /// Seen from the normal's side.
+        front: Box<MaterialKind>,
+        /// Seen from behind (the same as `front` where the file gives one model).
+        back: Box<MaterialKind>,
+    },
+    /// Index-matched boundary: rays go straight through. Also a perfect absorber is `Diffuse` with ρ = 0.
+    Null,
+}
+
+/// Microfacet distributions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MicrofacetKind {
+    /// Beckmann and Spizzichino 1963.
+    Beckmann,
+    /// Trowbridge and Reitz 1975, Walter et al. 2007.
+    Ggx,
+}
+
+/// Emitters that are not surfaces, in world units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EmitterDescription {
+    /// Isotropic point light.
+    Point {
+        /// Position.
+        position: DVec3,
+        /// Radiant intensity in W·sr⁻¹.
+        intensity: Rgb,
+    },
+    /// Parallel light.
+    Directional {
+        /// Direction in which the light travels; need not be normalised.
+        direction: DVec3,
+        /// Irradiance on a plane across the direction, W·m⁻².
+        irradiance: Rgb,
+    },
+    /// The same radiance from everywhere.
+    Constant {
+        /// Radiance.
+        radiance: Rgb,
+    },
+}
+
+/// The sensor in world units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorDescription {
+    /// Camera space → world. In camera space the view is along +z, +y is up and +x is to the *left*
+    /// of the image, as in Mitsuba.
+    pub to_world: DAffine3,
+    /// Full horizontal angle of view in degrees (fov_axis is resolved by the reader with the size
+    /// of the whole film, crop ignored).
+    pub fov_x_degrees: f64,
+    /// Radius of the lens; 0 is a pinhole.
+    pub aperture_radius: f64,
+    /// Distance of the plane in focus along +z; used where `aperture_radius` > 0.
+    pub focus_distance: f64,
+    /// Shift of the principal point as a fraction of the film's width and height, Mitsuba's
+    /// `principal_point_offset_x/y`.
+    pub principal_point_offset: [f64; 2],
+}
+
+impl Default for SensorDescription {
+    fn default() -> Self {
+        SensorDescription {
+            to_world: DAffine3::IDENTITY,
+            fov_x_degrees: 45.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point_offset: [0.0, 0.0],
+        }
+    }
+}
+
+/// Film size, crop window and reconstruction filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmDescription {
+    /// Width of the whole film in pixels.
+    pub width: u32,
+    /// Height of the whole film in pixels.
+    pub height: u32,
+    /// Window that is rendered.
+    pub crop: Crop,
+    /// Reconstruction filter.
+    pub filter: FilterKind,
+}
+
+impl FilmDescription {
+    /// A film without crop and with the box filter.
+    pub fn new(width: u32, height: u32) -> Self {
+        let crop = Crop { x: 0, y: 0, width, height };
+        FilmDescription { width, height, crop, filter: FilterKind::Box }
+    }
+}
+
+impl Default for FilmDescription {
+    fn default() -> Self {
+        FilmDescription::new(256, 256)
+    }
+}
+
+/// A window of the film in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Crop {
+    /// Left column.
+    pub x: u32,
+    /// Top row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Reconstruction filters h(x)·h(y), each normalised to unit integral; lengths in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterKind {
+    /// 1 on [−½, ½).
+    Box,
+    /// max(0, 1 − |x|/radius).
+    Tent {
+        /// Half width, 1 by default.
+        radius: f64,
+    },
+    /// max(0, exp(−x²/2σ²) − exp(−(4σ)²/2σ²)), cut at 4σ.
+    Gaussian {
+        /// Standard deviation σ, 0.5 by default.
+        stddev: f64,
+    },
+}
