@@ -1,1 +1,256 @@
-//! Scattering models.
+//! Scattering models in the local shading frame (z = n_s).
+//!
+//! Directions are unit vectors that point away from the surface. `wo` is the known direction, the
+//! one a walk comes from; `wi` is the other, sampled one. [`TransportMode`] says which of them
+//! leads to the sensor. Values are BSDFs f without cosine, in 1/sr; the adjoint factor of shading normals is
+//! not part of them (it belongs to the path, which knows both normals).
+//!
+//! Models and parameters mean what they mean in Mitsuba 3, so that one file renders the same.
+//!
+//! | model | lobes | sampled density |
+//! | --- | --- | --- |
+//! | [`Diffuse`] | ρ/π in front | cos θ/π |
+//! | [`RoughConductor`] | F D G/(4 cos θ_o cos θ_i) in front | visible or all microfacet normals |
+//! | [`Conductor`] | mirror direction in front | mass 1 |
+//! | [`Dielectric`] | mirror and refracted direction | masses F and 1 − F |
+//! | [`Bsdf::Null`] | straight on | mass 1 |
+//!
+//! A delta lobe is described by its coefficient c: it scatters c·L(ω_i), so that c stands where
+//! f·|cos θ_i| dσ stands for other lobes, and its probability is a [`Mass`].
+
+mod beckmann;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod error;
+pub mod fresnel;
+pub mod microfacet;
+mod opaque;
+mod rough_conductor;
+
+use glam::Vec3;
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use error::BsdfError;
+pub use opaque::Opaque;
+pub use rough_conductor::RoughConductor;
+
+use crate::color::Rgb;
+use crate::description::MaterialKind;
+use crate::measure::{Density, Mass, SolidAngle};
+
+/// What a walk transports (Veach 1997, §4.4 and §5.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TransportMode {
+    /// Radiance is gathered: `wo` leads to the sensor, `wi` towards the light.
+    Radiance,
+    /// Importance is gathered (light is spread): `wo` leads to the light, `wi` towards the sensor.
+    Importance,
+}
+
+/// Side of the surface on which `wi` leaves, seen from `wo`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScatterEvent {
+    /// The same side.
+    Reflection,
+    /// The other side.
+    Transmission,
+}
+
+/// Probability of a sampled direction, in the measure of its lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScatterPdf {
+    /// Density per solid angle of a lobe that spreads.
+    Density(Density<SolidAngle>),
+    /// Probability of a delta lobe.
+    Delta(Mass),
+}
+
+/// A direction sampled by [`Bsdf::sample`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The sampled direction.
+    pub wi: Vec3,
+    /// f |cos θ_i|/p, or coefficient/mass of a delta lobe.
+    pub weight: Rgb,
+    /// Density or mass of `wi`.
+    pub pdf: ScatterPdf,
+    /// f in 1/sr, or the coefficient of a delta lobe.
+    pub value: Rgb,
+    /// Reflection or transmission.
+    pub event: ScatterEvent,
+    /// n on the side of `wi` over n on the side of `wo`; 1 for reflection. In radiance mode a
+    /// throughput times the product of η² is free of the compression of radiance (for roulette).
+    pub eta: f32,
+}
+
+impl BsdfSample {
+    /// True for a delta lobe.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        matches!(self.pdf, ScatterPdf::Delta(_))
+    }
+}
+
+/// A scattering model: a closed set, without indirection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// An opaque model in front, black behind.
+    OneSided(Opaque),
+    /// Opaque models on both sides; the back one sees the frame mirrored (z → −z).
+    TwoSided {
+        /// Seen from the side of the normal.
+        front: Opaque,
+        /// Seen from behind.
+        back: Opaque,
+    },
+    /// Smooth boundary between dielectrics.
+    Dielectric(Dielectric),
+    /// No boundary: straight on, with coefficient and mass 1.
+    Null,
+}
+
+impl Bsdf {
+    /// Builds the model that `kind` describes.
+    ///
+    /// # Errors
+    /// [`BsdfError`] where a parameter is out of range or `twosided` holds a model that transmits.
+    pub fn new(kind: &MaterialKind) -> Result<Bsdf, BsdfError> {
+        Ok(match kind {
+            MaterialKind::Diffuse { .. }
+            | MaterialKind::Conductor { .. }
+            | MaterialKind::RoughConductor { .. } => Bsdf::OneSided(Opaque::new(kind)?),
+            MaterialKind::TwoSided { front, back } => {
+                Bsdf::TwoSided { front: Opaque::new(front)?, back: Opaque::new(back)? }
+            }
+            MaterialKind::Dielectric {
+                int_ior,
+                ext_ior,
+                specular_reflectance,
+                specular_transmittance,
+            } => Bsdf::Dielectric(Dielectric::new(
+                *int_ior,
+                *ext_ior,
+                *specular_reflectance,
+                *specular_transmittance,
+            )?),
+            MaterialKind::Null => Bsdf::Null,
+        })
+    }
+
+    /// True where no side has a lobe that spreads: a vertex with this model can never be
+    /// connected. A two-sided model may have a delta lobe on one side only: [`Bsdf::is_delta_at`].
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Bsdf::OneSided(model) => model.is_delta(),
+            Bsdf::TwoSided { front, back } => front.is_delta() && back.is_delta(),
+            Bsdf::Dielectric(_) | Bsdf::Null => true,
+        }
+    }
+
+    /// True where the side of `wo` has delta lobes only.
+    #[inline]
+    pub fn is_delta_at(&self, wo: Vec3) -> bool {
+        match self.facing(wo) {
+            Some((model, _)) => model.is_delta(),
+            None => self.is_delta(),
+        }
+    }
+
+    /// The opaque model that `wo` sees, and the sign of its z axis.
+    #[inline]
+    fn facing(&self, wo: Vec3) -> Option<(&Opaque, f32)> {
+        match self {
+            Bsdf::OneSided(model) => Some((model, 1.0)),
+            Bsdf::TwoSided { front, back } => {
+                Some(if wo.z >= 0.0 { (front, 1.0) } else { (back, -1.0) })
+            }
+            Bsdf::Dielectric(_) | Bsdf::Null => None,
+        }
+    }
+
+    /// f(ω_o, ω_i) in 1/sr, without cosine, of the lobes that spread; 0 for delta lobes.
+    ///
+    /// All present models that spread are reciprocal, so `mode` changes nothing yet; it is part
+    /// of the signature because a value without it has no meaning across a refraction.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
+        let _ = mode;
+        match self.facing(wo) {
+            Some((model, side)) => model.eval(mirror(wo, side), mirror(wi, side)),
+            None => Rgb::BLACK,
+        }
+    }
+
+    /// Density with which [`Bsdf::sample`] takes `wi` by a lobe that spreads; 0 for delta lobes.
+    #[inline]
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
+        match self.facing(wo) {
+            Some((model, side)) => model.pdf(mirror(wo, side), mirror(wi, side)),
+            None => Density::ZERO,
+        }
+    }
+
+    /// Samples a direction: `u_lobe` in [0,1) chooses the lobe, `u` in [0,1)² the direction in it.
+    /// `None` where nothing is scattered (behind an opaque model) or the sampled direction falls
+    /// below the surface; such samples count, with value 0.
+    #[inline]
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        u_lobe: f32,
+        u: [f32; 2],
+        mode: TransportMode,
+    ) -> Option<BsdfSample> {
+        match self {
+            Bsdf::Dielectric(model) => Some(model.sample(wo, u_lobe, mode)),
+            Bsdf::Null => Some(BsdfSample {
+                wi: -wo,
+                weight: Rgb::WHITE,
+                pdf: ScatterPdf::Delta(Mass::ONE),
+                value: Rgb::WHITE,
+                event: ScatterEvent::Transmission,
+                eta: 1.0,
+            }),
+            Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
+                let (model, side) = self.facing(wo)?;
+                let sample = model.sample(mirror(wo, side), u)?;
+                Some(BsdfSample { wi: mirror(sample.wi, side), ..sample })
+            }
+        }
+    }
+
+    /// Coefficient and probability of the delta lobe that takes `wo` to `wi`, where the two are
+    /// related by reflection or refraction to within [`DELTA_TOLERANCE`]; `None` otherwise.
+    pub fn delta_event(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<(Rgb, Mass)> {
+        match self {
+            Bsdf::Dielectric(model) => model.delta_event(wo, wi, mode),
+            Bsdf::Null => is_same_direction(wi, -wo).then_some((Rgb::WHITE, Mass::ONE)),
+            Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
+                let (model, side) = self.facing(wo)?;
+                model.delta_event(mirror(wo, side), mirror(wi, side))
+            }
+        }
+    }
+}
+
+/// Distance up to which two unit directions count as the same in [`Bsdf::delta_event`].
+pub const DELTA_TOLERANCE: f32 = 1e-3;
+
+#[inline]
+fn is_same_direction(a: Vec3, b: Vec3) -> bool {
+    a.distance_squared(b) <= DELTA_TOLERANCE * DELTA_TOLERANCE
+}
+
+#[inline]
+fn mirror(w: Vec3, side: f32) -> Vec3 {
+    Vec3::new(w.x, w.y, w.z * side)
+}
+
+#[inline]
+fn reflect_about_z(w: Vec3) -> Vec3 {
+    Vec3::new(-w.x, -w.y, w.z)
+}

@@ -2,6 +2,7 @@
 
 mod frame;
 mod ray;
+pub mod warp;
 
 pub use frame::Frame;
 pub use ray::Ray;

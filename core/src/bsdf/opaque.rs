@@ -1,0 +1,97 @@
+//! The models that do not transmit.
+
+use glam::Vec3;
+
+use super::{BsdfError, BsdfSample, Conductor, Diffuse, RoughConductor};
+use crate::color::Rgb;
+use crate::description::MaterialKind;
+use crate::measure::{Density, Mass, SolidAngle};
+
+/// A model that scatters in front (z > 0) and is black behind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Opaque {
+    /// Lambert.
+    Diffuse(Diffuse),
+    /// Smooth conductor.
+    Conductor(Conductor),
+    /// Rough conductor.
+    RoughConductor(RoughConductor),
+}
+
+impl Opaque {
+    /// Builds the opaque model that `kind` describes.
+    ///
+    /// # Errors
+    /// [`BsdfError`] where a parameter is out of range, and for the models that transmit or have
+    /// two sides themselves.
+    pub fn new(kind: &MaterialKind) -> Result<Self, BsdfError> {
+        match kind {
+            MaterialKind::Diffuse { reflectance } => {
+                Ok(Opaque::Diffuse(Diffuse::new(*reflectance)?))
+            }
+            MaterialKind::Conductor { eta, k, specular_reflectance } => {
+                Ok(Opaque::Conductor(Conductor::new(*eta, *k, *specular_reflectance)?))
+            }
+            MaterialKind::RoughConductor {
+                distribution,
+                alpha_u,
+                alpha_v,
+                sample_visible,
+                eta,
+                k,
+                specular_reflectance,
+            } => Ok(Opaque::RoughConductor(RoughConductor::new(
+                *distribution,
+                [*alpha_u, *alpha_v],
+                *sample_visible,
+                *eta,
+                *k,
+                *specular_reflectance,
+            )?)),
+            MaterialKind::Dielectric { .. } => Err(BsdfError::NotOpaque { model: "dielectric" }),
+            MaterialKind::Null => Err(BsdfError::NotOpaque { model: "null" }),
+            MaterialKind::TwoSided { .. } => {
+                Err(BsdfError::NotOpaque { model: "another twosided" })
+            }
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_delta(&self) -> bool {
+        matches!(self, Opaque::Conductor(_))
+    }
+
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        match self {
+            Opaque::Diffuse(model) => model.eval(wo, wi),
+            Opaque::Conductor(_) => Rgb::BLACK,
+            Opaque::RoughConductor(model) => model.eval(wo, wi),
+        }
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
+        match self {
+            Opaque::Diffuse(model) => model.pdf(wo, wi),
+            Opaque::Conductor(_) => Density::ZERO,
+            Opaque::RoughConductor(model) => model.pdf(wo, wi),
+        }
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        match self {
+            Opaque::Diffuse(model) => model.sample(wo, u),
+            Opaque::Conductor(model) => model.sample(wo),
+            Opaque::RoughConductor(model) => model.sample(wo, u),
+        }
+    }
+
+    pub(super) fn delta_event(&self, wo: Vec3, wi: Vec3) -> Option<(Rgb, Mass)> {
+        match self {
+            Opaque::Conductor(model) => model.delta_event(wo, wi),
+            Opaque::Diffuse(_) | Opaque::RoughConductor(_) => None,
+        }
+    }
+}
