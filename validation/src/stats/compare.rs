@@ -98,8 +98,8 @@ pub fn compare(
 ) -> Result<PairReport, StatsError> {
     let (a, b) = (set.arm(a)?, set.arm(b)?);
     at_least("replicates", 2, a.rows.len().min(b.rows.len()))?;
-    let mut raw = Vec::with_capacity(set.cells.len());
-    for c in 0..set.cells.len() {
+    let mut raw = Vec::with_capacity(set.cells().len());
+    for c in 0..set.cells().len() {
         let (x, y) = (a.column(c), b.column(c));
         let scale = Moments::of(&x)?.mean.abs().max(Moments::of(&y)?.mean.abs());
         raw.push(Raw {
@@ -109,7 +109,7 @@ pub fn compare(
         });
     }
     let names = (a.name.clone(), b.name.clone());
-    Ok(judge(&set.cells, names, (a.rows.len(), b.rows.len()), &raw, &config.rule))
+    Ok(judge(set.cells(), names, (a.rows.len(), b.rows.len()), &raw, &config.rule))
 }
 
 /// Compares an arm with exact values known to within `uncertainty`, cell by cell, as [`compare()`] does.
@@ -124,9 +124,9 @@ pub fn compare_exact(
     config: &CompareConfig,
 ) -> Result<PairReport, StatsError> {
     let arm = set.arm(arm)?;
-    same_length("cells and exact values", set.cells.len(), exact.len())?;
-    same_length("cells and uncertainties", set.cells.len(), uncertainty.len())?;
-    let mut raw = Vec::with_capacity(set.cells.len());
+    same_length("cells and exact values", set.cells().len(), exact.len())?;
+    same_length("cells and uncertainties", set.cells().len(), uncertainty.len())?;
+    let mut raw = Vec::with_capacity(set.cells().len());
     for (c, (&mu, &u)) in exact.iter().zip(uncertainty).enumerate() {
         let x = arm.column(c);
         raw.push(Raw {
@@ -136,7 +136,7 @@ pub fn compare_exact(
         });
     }
     let names = (arm.name.clone(), "exact".into());
-    Ok(judge(&set.cells, names, (arm.rows.len(), 0), &raw, &config.rule))
+    Ok(judge(set.cells(), names, (arm.rows.len(), 0), &raw, &config.rule))
 }
 
 struct Raw {
