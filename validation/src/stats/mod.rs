@@ -4,6 +4,8 @@
 //! | --- | --- |
 //! | Do two arms of replicates have the same mean? | [`welch()`], [`one_sample`] |
 //! | … in every one of ≤ 50 signed cells at once? | [`ReplicateSet`], [`compare()`], [`holm`] |
+//! | … in hundreds of correlated tiles? | [`max_t()`], after [`merge_tiles`] |
+//! | May a t-test be trusted here? | [`effective_count`], [`pareto_khat`] |
 //! | What bias would have been seen? | [`minimum_detectable_bias`] |
 //! | What does the test say in one word? | [`Verdict`], [`decide()`] |
 //! | How large is the error of an image? | [`error`] |
@@ -21,11 +23,14 @@ mod dist;
 mod efficiency;
 pub mod error;
 mod fault;
+mod max_t;
 mod moments;
 mod multiple;
+mod pareto;
 mod replicates;
 #[cfg(test)]
 mod testing;
+mod tiles;
 mod welch;
 
 pub use compare::{CellReport, CompareConfig, PairReport, compare, compare_exact};
@@ -35,9 +40,12 @@ pub use dist::{
 };
 pub use efficiency::{Estimate, efficiency, efficiency_ratio, log_log_slope};
 pub use fault::StatsError;
+pub use max_t::{MaxT, PermutationConfig, Statistic, max_t};
 pub use moments::Moments;
 pub use multiple::{benjamini_hochberg, holm};
+pub use pareto::{fit_pareto, pareto_khat, pareto_khat_of_tail, tail_size};
 pub use replicates::{Cell, ReplicateSet};
+pub use tiles::{TilePartition, TileSums, effective_count, merge_tiles};
 pub use welch::{
     MDB_ALPHA, MDB_POWER, Welch, minimum_detectable_bias, one_sample, one_sample_within, welch,
     welch_within,
