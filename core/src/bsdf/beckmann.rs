@@ -63,28 +63,28 @@ pub(super) fn visible_slope(c: f32, s: f32, u: f32) -> f32 {
     // No slope is steeper than the direction: x < c/s.
     let cot = c / s;
     let (top, tail) = if cot < 6.0 { (libm::erf(cot), k * (-cot * cot).exp()) } else { (1.0, 0.0) };
-    let target = u * (0.5 * c * (1.0 + top) + tail);
+    let all = 0.5 * c * (1.0 + top) + tail;
+    let target = u * all;
+    // Between the solutions for normal and for grazing incidence: three steps on average.
+    let normal = (1.0 + top) * u - 1.0;
+    let grazing = top - (1.0 + top) * f64::from(libm::erff((-u.ln()).sqrt() as f32));
+    let mut b = normal + s / (c * c + s * s).sqrt() * (grazing - normal);
     let (mut low, mut high) = (-1.0, top);
-    // Exact at normal incidence (s = 0), good elsewhere.
-    let mut b = -1.0 + u * (1.0 + top);
-    let mut x = erf_inverse(b.clamp(-1.0 + HALF_STEP, 1.0 - HALF_STEP));
+    let mut x = 0.0;
     for _ in 0..24 {
+        x = erf_inverse(b.clamp(-1.0 + 1e-15, 1.0 - 1e-15));
         let error = 0.5 * c * (1.0 + b) + k * (-x * x).exp() - target;
+        // Relative to the probability beyond x, so that the tails are as exact as the middle.
+        if error.abs() <= 1e-6 * all * u.min(1.0 - u) {
+            break;
+        }
         if error > 0.0 {
             high = b;
         } else {
             low = b;
         }
-        let slope = 0.5 * (c - x * s);
-        let newton = b - error / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        let step = (next - b).abs();
-        b = next;
-        x = erf_inverse(b.clamp(-1.0 + 1e-15, 1.0 - 1e-15));
-        // Relative to the distance from the nearer tail, where x is steep in b.
-        if step <= 1e-7 * (1.0 - b.abs()) {
-            break;
-        }
+        let newton = b - error / (0.5 * (c - x * s));
+        b = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     x as f32
 }

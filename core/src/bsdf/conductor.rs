@@ -32,7 +32,7 @@ impl ConductorIndex {
         Ok(ConductorIndex { eta, k })
     }
 
-    /// Fresnel reflectance at the cosine `cos_i` in [0,1].
+    /// Fresnel reflectance at the cosine `cos_i` in \[0, 1\].
     #[inline]
     pub(super) fn reflectance(&self, cos_i: f32) -> Rgb {
         fresnel::conductor(cos_i.min(1.0), self.eta, self.k)

@@ -20,7 +20,7 @@ impl Diffuse {
     /// A surface of reflectance ρ.
     ///
     /// # Errors
-    /// Where ρ is not in [0,1].
+    /// Where ρ is not in \[0, 1\].
     pub fn new(reflectance: Rgb) -> Result<Self, BsdfError> {
         let valid = |v| (0.0..=1.0).contains(&v);
         check_rgb("diffuse reflectance", reflectance, "values in [0, 1]", valid)?;

@@ -5,7 +5,7 @@ use crate::color::Rgb;
 /// Reflectance and the cosine of refraction at a smooth boundary between dielectrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DielectricFresnel {
-    /// Reflectance F in [0,1]; 1 in total internal reflection.
+    /// Reflectance F in \[0, 1\]; 1 in total internal reflection.
     pub reflectance: f64,
     /// |cos θ_t| of the refracted direction; 0 in total internal reflection.
     pub cos_t: f64,
@@ -30,7 +30,7 @@ pub fn dielectric(cos_i: f64, eta: f64) -> DielectricFresnel {
 }
 
 /// Reflectance of a conductor with the complex index η + ik relative to the outside, per channel
-/// (Born and Wolf, §14.2), for `cos_i` in [0,1].
+/// (Born and Wolf, §14.2), for `cos_i` in \[0, 1\].
 #[inline]
 pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     Rgb::new(
@@ -53,10 +53,9 @@ fn conductor_channel(cos_i: f32, eta: f32, k: f32) -> f32 {
     // a² = (q + t)/2 cancels for t < 0, where a²b² = η²k² and b² = (q − t)/2 serve instead.
     let a = if t >= 0.0 { 0.5 * (q + t) } else { 2.0 * eta2 * k2 / (q - t) }.sqrt();
     let m = 2.0 * a * cos_i;
-    let rs = (q + cos2 - m) / (q + cos2 + m);
-    let p = cos2 * q + sin2 * sin2;
-    let rp = rs * (p - m * sin2) / (p + m * sin2);
-    0.5 * (rs + rp)
+    let (s, p, ms) = (q + cos2, cos2 * q + sin2 * sin2, m * sin2);
+    // ½(R_s + R_p) with R_p/R_s = (p − ms)/(p + ms).
+    (s - m) * p / ((s + m) * (p + ms))
 }
 
 #[cfg(test)]

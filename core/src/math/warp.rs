@@ -2,7 +2,7 @@
 //! where it is simple, its inverse (path → numbers).
 //!
 //! Every warp is a bijection up to null sets, continuous but for the seam of an azimuth, and takes
-//! `u` in [0,1)².
+//! `u` in \[0, 1)².
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -97,7 +97,7 @@ fn height(w: Vec3) -> f32 {
     if w.z > 0.0 { one_minus_cos(w.x * w.x + w.y * w.y, w.z) } else { 1.0 - w.z }
 }
 
-/// Azimuth of a direction as a fraction of the circle, in [0,1).
+/// Azimuth of a direction as a fraction of the circle, in \[0, 1).
 #[inline]
 fn azimuth(w: Vec3) -> f32 {
     let a = w.y.atan2(w.x) / TAU;
