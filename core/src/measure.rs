@@ -99,6 +99,15 @@ impl<M: Measure> Density<M> {
     }
 }
 
+impl Density<Area> {
+    /// Density of a vertex whose own measure is counting (point light, pinhole, directional light):
+    /// the probability itself. That such a vertex can not be hit is said by predicates, not by this number.
+    #[inline]
+    pub const fn at_delta(mass: Mass) -> Self {
+        Density::new(mass.0)
+    }
+}
+
 impl<M: Measure> Clone for Density<M> {
     fn clone(&self) -> Self {
         *self

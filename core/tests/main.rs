@@ -5,3 +5,4 @@ mod bsdf_mitsuba;
 mod bsdf_models;
 mod bsdf_properties;
 mod chi2;
+mod geometry;

@@ -1,1 +1,15 @@
-//! pathspace-integrators
+//! The integrators of pathspace. Each one is a file (or a folder) that can be read alone:
+//!
+//! | name | algorithm | techniques (s,t) |
+//! | --- | --- | --- |
+//! | [`pt`] | path tracing with next-event estimation | (0,t), (1,t) |
+//! | [`lt`] | light tracing | (s,1) |
+
+pub mod lt;
+pub mod pt;
+mod registry;
+mod spec;
+mod trace;
+
+pub use registry::{Factory, Registry};
+pub use spec::{Defaults, Spec, SpecError};

@@ -58,6 +58,12 @@ impl Dielectric {
         })
     }
 
+    /// n_int/n_ext.
+    #[inline]
+    pub(super) fn relative_ior(&self) -> f32 {
+        self.eta as f32
+    }
+
     #[inline]
     fn split(&self, wo: Vec3) -> Split {
         let (eta, inverse) =

@@ -38,6 +38,12 @@ impl Microfacet {
         self.sample_visible
     }
 
+    /// True where roughness differs along x and y.
+    #[inline]
+    pub fn is_anisotropic(&self) -> bool {
+        self.alpha.x != self.alpha.y
+    }
+
     /// D(m) per steradian for m.z > 0 (Walter et al. 2007, eq. 25 and 33, anisotropic), with
     /// t² = ((m.x/α_u)² + (m.y/α_v)²)/m.z²: exp(−t²)/(π α_u α_v m.z⁴) for Beckmann and
     /// 1/(π α_u α_v m.z⁴ (1+t²)²) for GGX. No term cancels, at any α.

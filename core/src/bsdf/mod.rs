@@ -160,6 +160,25 @@ impl Bsdf {
         }
     }
 
+    /// Refractive index on the side of `w` over the index on the side of the normal; 1 where the surface is no boundary between media.
+    #[inline]
+    pub fn relative_ior(&self, w: Vec3) -> f32 {
+        match self {
+            Bsdf::Dielectric(model) if w.z < 0.0 => model.relative_ior(),
+            _ => 1.0,
+        }
+    }
+
+    /// True where the azimuth of the shading frame matters (anisotropic roughness).
+    #[inline]
+    pub fn needs_tangent(&self) -> bool {
+        match self {
+            Bsdf::OneSided(model) => model.is_anisotropic(),
+            Bsdf::TwoSided { front, back } => front.is_anisotropic() || back.is_anisotropic(),
+            Bsdf::Dielectric(_) | Bsdf::Null => false,
+        }
+    }
+
     /// The opaque model that `wo` sees, and the sign of its z axis.
     #[inline]
     fn facing(&self, wo: Vec3) -> Option<(&Opaque, f32)> {

@@ -62,6 +62,14 @@ impl Opaque {
     }
 
     #[inline]
+    pub(super) fn is_anisotropic(&self) -> bool {
+        match self {
+            Opaque::RoughConductor(model) => model.is_anisotropic(),
+            Opaque::Diffuse(_) | Opaque::Conductor(_) => false,
+        }
+    }
+
+    #[inline]
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
             Opaque::Diffuse(model) => model.eval(wo, wi),

@@ -91,6 +91,11 @@ impl RoughConductor {
     }
 
     #[inline]
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.microfacet.is_anisotropic()
+    }
+
+    #[inline]
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self.facet(wo, wi) {
             Some(facet) => self.fresnel(&facet) * self.value(wo, wi, &facet),

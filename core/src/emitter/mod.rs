@@ -1,0 +1,147 @@
+//! Emitters: what they emit, and how they are chosen and sampled.
+//!
+//! | emitter | L_e of the path | measure of x₀ | density of x₁ |
+//! | --- | --- | --- | --- |
+//! | area | radiance, on the side of n_g | area | cosine-weighted direction |
+//! | point | radiant intensity I | counting | uniform direction |
+//! | directional | irradiance E across the beam | counting | uniform on the disk across the scene |
+//! | constant | radiance | solid angle | uniform on the disk across the scene |
+//!
+//! With the generalised geometry term of [`Edge`] the product L_e·G is the right one in every row.
+
+mod sample;
+
+pub use sample::{DirectSample, EmissionSample, NextDensity};
+
+use glam::Vec3;
+
+use crate::color::Rgb;
+use crate::measure::{Area, Density, Mass};
+
+/// One emitter of the built scene, in normalised units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Emitter {
+    /// One-sided diffuse emission of a whole shape.
+    Area {
+        /// The shape.
+        shape: u32,
+        /// L_e.
+        radiance: Rgb,
+    },
+    /// Isotropic point.
+    Point {
+        /// Position.
+        position: Vec3,
+        /// I in normalised units (world intensity × scale²).
+        intensity: Rgb,
+    },
+    /// Parallel light.
+    Directional {
+        /// Unit direction towards the light.
+        to: Vec3,
+        /// E on a plane across the beam.
+        irradiance: Rgb,
+    },
+    /// The same radiance from everywhere.
+    Constant {
+        /// L_e.
+        radiance: Rgb,
+    },
+}
+
+impl Emitter {
+    /// True where x₀ has a counting measure: no other technique can hit it.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Emitter::Point { .. } | Emitter::Directional { .. })
+    }
+}
+
+/// All emitters of a scene with the discrete distribution by which one is picked: in proportion to emitted power
+/// (mean of the channels; power through the scene's bounding sphere for emitters at infinity).
+#[derive(Clone, Debug)]
+pub struct Emitters {
+    list: Vec<Emitter>,
+    /// Probability of each.
+    mass: Vec<f64>,
+    /// Running sum of `mass`.
+    cdf: Vec<f64>,
+    background: Option<u32>,
+}
+
+impl Emitters {
+    /// `power` holds each emitter's power in the same arbitrary unit.
+    pub(crate) fn new(list: Vec<Emitter>, power: &[f64]) -> Self {
+        let total: f64 = power.iter().sum();
+        let mass: Vec<f64> =
+            power.iter().map(|&p| if total > 0.0 { p / total } else { 0.0 }).collect();
+        let cdf = mass
+            .iter()
+            .scan(0.0, |sum, m| {
+                *sum += m;
+                Some(*sum)
+            })
+            .collect();
+        let background = list.iter().position(|e| matches!(e, Emitter::Constant { .. }));
+        Emitters { list, mass, cdf, background: background.map(|i| i as u32) }
+    }
+
+    /// The emitters.
+    pub fn list(&self) -> &[Emitter] {
+        &self.list
+    }
+
+    /// One emitter.
+    pub fn get(&self, index: u32) -> &Emitter {
+        &self.list[index as usize]
+    }
+
+    /// True where nothing emits.
+    pub fn is_dark(&self) -> bool {
+        self.cdf.last().is_none_or(|&c| c == 0.0)
+    }
+
+    /// The environment, if there is one.
+    pub fn background(&self) -> Option<u32> {
+        self.background
+    }
+
+    /// Picks an emitter by power. `None` in a dark scene.
+    #[inline]
+    pub fn pick(&self, u: f32) -> Option<(u32, Mass)> {
+        if self.is_dark() {
+            return None;
+        }
+        let total = self.cdf[self.cdf.len() - 1];
+        let x = u as f64 * total;
+        // The first whose running sum exceeds x: emitters without power are never it.
+        let i = self.cdf.partition_point(|&c| c <= x).min(self.cdf.len() - 1);
+        Some((i as u32, Mass::new(self.mass[i])))
+    }
+
+    /// Probability that [`Emitters::pick`] gives this emitter.
+    #[inline]
+    pub fn mass(&self, index: u32) -> Mass {
+        Mass::new(self.mass[index as usize])
+    }
+
+    /// L_e of an area emitter.
+    #[inline]
+    pub(crate) fn area_radiance(&self, index: u32) -> Rgb {
+        match self.list[index as usize] {
+            Emitter::Area { radiance, .. } | Emitter::Constant { radiance } => radiance,
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// Radiance of the environment.
+    #[inline]
+    pub fn background_radiance(&self) -> Rgb {
+        self.background.map_or(Rgb::BLACK, |i| self.area_radiance(i))
+    }
+}
+
+/// Density across a beam that is uniform on the disk of the scene's sphere.
+pub(crate) fn beam_density() -> Density<Area> {
+    let r = crate::scene::SCENE_RADIUS as f64;
+    Density::new(1.0 / (std::f64::consts::PI * r * r))
+}

@@ -1,0 +1,304 @@
+//! Sampling of emitters: for next-event estimation from a point, and for light subpaths.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+
+use super::{Emitter, beam_density};
+use crate::color::Rgb;
+use crate::math::{Frame, Ray, warp};
+use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
+use crate::path::Vertex;
+use crate::scene::{SCENE_RADIUS, Scene, ShapeKind, SurfacePoint};
+
+/// x₀ sampled for a given x₁ (technique s = 1).
+#[derive(Clone, Copy, Debug)]
+pub struct DirectSample {
+    /// x₀.
+    pub vertex: Vertex,
+    /// The emitter.
+    pub emitter: u32,
+    /// L_e(x₀→x₁).
+    pub radiance: Rgb,
+    /// Density of x₀ in its own measure, choice of emitter included.
+    pub pdf: Density<Area>,
+}
+
+/// x₀ and the way to x₁ sampled for a light subpath (s ≥ 2).
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionSample {
+    /// x₀.
+    pub vertex: Vertex,
+    /// The emitter.
+    pub emitter: u32,
+    /// L_e towards x₁.
+    pub radiance: Rgb,
+    /// Density of x₀ in its own measure, choice of emitter included.
+    pub pdf: Density<Area>,
+    /// The ray that finds x₁.
+    pub ray: Ray,
+    /// Density of x₁ before it is known.
+    pub next: NextDensity,
+    /// |cos θ₀| of the geometry term, 1 where x₀ has no surface.
+    pub cos: f32,
+}
+
+/// Density of the second vertex of a light subpath as it is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NextDensity {
+    /// A direction from a finite x₀.
+    Direction(Density<SolidAngle>),
+    /// A position across the beam from an x₀ at infinity.
+    Across(Density<Area>),
+}
+
+impl NextDensity {
+    /// The number, for throughputs.
+    #[inline]
+    pub fn value(self) -> f64 {
+        match self {
+            NextDensity::Direction(p) => p.value(),
+            NextDensity::Across(p) => p.value(),
+        }
+    }
+
+    /// Area density of x₁.
+    #[inline]
+    pub fn to_area(self, edge: &Edge) -> Density<Area> {
+        match self {
+            NextDensity::Direction(p) => edge.to_area(p),
+            NextDensity::Across(p) => edge.beam_to_area(p),
+        }
+    }
+}
+
+impl Scene {
+    /// Samples x₀ for next-event estimation from `reference`. `None` where no emitter reaches it by this technique.
+    ///
+    /// Spheres seen from outside are sampled by solid angle (uniform in the cone, Shirley et al. 1996), other
+    /// shapes by area, the environment uniformly over directions.
+    #[inline]
+    pub fn sample_direct(&self, reference: Vec3, pick: f32, u: [f32; 2]) -> Option<DirectSample> {
+        let (emitter, mass) = self.emitters().pick(pick)?;
+        let (vertex, radiance, pdf) = match *self.emitters().get(emitter) {
+            Emitter::Area { shape, radiance } => {
+                let (point, pdf) = self.sample_shape_from(shape, reference, u)?;
+                let d = reference - point.p;
+                if point.n_g.dot(d) <= 0.0 {
+                    return None;
+                }
+                (Vertex::Surface(point), radiance, pdf)
+            }
+            Emitter::Point { position, intensity } => {
+                (Vertex::PointEmitter { emitter, p: position }, intensity, at_delta())
+            }
+            Emitter::Directional { to, irradiance } => {
+                (Vertex::InfiniteEmitter { emitter, to }, irradiance, at_delta())
+            }
+            Emitter::Constant { radiance } => {
+                let to = warp::uniform_sphere(u);
+                (Vertex::InfiniteEmitter { emitter, to }, radiance, Density::new(0.25 / PI))
+            }
+        };
+        Some(DirectSample { vertex, emitter, radiance, pdf: pdf * mass })
+    }
+
+    /// Density with which [`Scene::sample_direct`] makes x₀ from `reference`, choice of emitter included.
+    pub fn pdf_direct(&self, reference: Vec3, vertex: &Vertex) -> Density<Area> {
+        let Some(emitter) = vertex.emitter() else { return Density::ZERO };
+        let pdf = match (*self.emitters().get(emitter), vertex) {
+            (Emitter::Area { shape, .. }, Vertex::Surface(point)) => {
+                self.pdf_shape_from(shape, reference, point)
+            }
+            (Emitter::Constant { .. }, _) => Density::new(0.25 / PI),
+            _ => at_delta(),
+        };
+        pdf * self.emitters().mass(emitter)
+    }
+
+    /// Samples x₀ and the ray to x₁ of a light subpath. `None` in a dark scene.
+    pub fn sample_emission(
+        &self,
+        pick: f32,
+        position: [f32; 2],
+        direction: [f32; 2],
+    ) -> Option<EmissionSample> {
+        let (emitter, mass) = self.emitters().pick(pick)?;
+        let beam = |to: Vec3, radiance: Rgb, pdf: Density<Area>| {
+            let frame = Frame::from_normal(to);
+            let disk = warp::concentric_disk(direction) * SCENE_RADIUS;
+            // The origin lies outside the sphere, wherever on the disk.
+            let o = to * (2.0 * SCENE_RADIUS) + frame.s * disk.x + frame.t * disk.y;
+            EmissionSample {
+                vertex: Vertex::InfiniteEmitter { emitter, to },
+                emitter,
+                radiance,
+                pdf: pdf * mass,
+                ray: Ray::new(o, -to),
+                next: NextDensity::Across(beam_density()),
+                cos: 1.0,
+            }
+        };
+        Some(match *self.emitters().get(emitter) {
+            Emitter::Area { shape, radiance } => {
+                let shape = &self.shapes()[shape as usize];
+                let point = self.area_sample_point(shape.sample_area(position));
+                let local = warp::cosine_hemisphere(direction);
+                let d = Frame::from_normal(point.n_g).to_world(local);
+                EmissionSample {
+                    vertex: Vertex::Surface(point),
+                    emitter,
+                    radiance,
+                    pdf: Density::new(1.0 / shape.area) * mass,
+                    ray: point.spawn(d),
+                    next: NextDensity::Direction(Density::new(local.z as f64 / PI)),
+                    cos: local.z,
+                }
+            }
+            Emitter::Point { position, intensity } => EmissionSample {
+                vertex: Vertex::PointEmitter { emitter, p: position },
+                emitter,
+                radiance: intensity,
+                pdf: at_delta() * mass,
+                ray: Ray::new(position, warp::uniform_sphere(direction)),
+                next: NextDensity::Direction(Density::new(0.25 / PI)),
+                cos: 1.0,
+            },
+            Emitter::Directional { to, irradiance } => beam(to, irradiance, at_delta()),
+            Emitter::Constant { radiance } => {
+                beam(warp::uniform_sphere(position), radiance, Density::new(0.25 / PI))
+            }
+        })
+    }
+
+    /// Density of x₀ in its own measure when a light subpath starts (s ≥ 2), choice of emitter included.
+    pub fn pdf_emission_vertex(&self, vertex: &Vertex) -> Density<Area> {
+        let Some(emitter) = vertex.emitter() else { return Density::ZERO };
+        let pdf = match *self.emitters().get(emitter) {
+            Emitter::Area { shape, .. } => Density::new(1.0 / self.shapes()[shape as usize].area),
+            Emitter::Constant { .. } => Density::new(0.25 / PI),
+            Emitter::Point { .. } | Emitter::Directional { .. } => at_delta(),
+        };
+        pdf * self.emitters().mass(emitter)
+    }
+
+    /// Density of x₁ given x₀ when a light subpath goes along `edge` (x₀ → x₁).
+    pub fn pdf_emission_next(&self, vertex: &Vertex, edge: &Edge) -> Density<Area> {
+        match vertex {
+            Vertex::Surface(point) => {
+                let cos = point.n_g.dot(edge.direction());
+                if cos <= 0.0 {
+                    return Density::ZERO;
+                }
+                edge.to_area(Density::new(edge.cos_a() / PI))
+            }
+            Vertex::PointEmitter { .. } => edge.to_area(Density::new(0.25 / PI)),
+            Vertex::InfiniteEmitter { .. } => edge.beam_to_area(beam_density()),
+            Vertex::Sensor { .. } => Density::ZERO,
+        }
+    }
+
+    /// L_e(x₀→x₁) of an emitter vertex in unit direction `d`.
+    pub fn emitted_from(&self, vertex: &Vertex, d: Vec3) -> Rgb {
+        match vertex {
+            Vertex::Surface(point) => self.emitted(point, d),
+            Vertex::PointEmitter { emitter, .. } | Vertex::InfiniteEmitter { emitter, .. } => {
+                match *self.emitters().get(*emitter) {
+                    Emitter::Point { intensity, .. } => intensity,
+                    Emitter::Directional { irradiance, .. } => irradiance,
+                    Emitter::Constant { radiance } => radiance,
+                    Emitter::Area { .. } => Rgb::BLACK,
+                }
+            }
+            Vertex::Sensor { .. } => Rgb::BLACK,
+        }
+    }
+
+    /// A point of a shape for next-event estimation from `reference`, with its area density.
+    fn sample_shape_from(
+        &self,
+        index: u32,
+        reference: Vec3,
+        u: [f32; 2],
+    ) -> Option<(SurfacePoint, Density<Area>)> {
+        let shape = &self.shapes()[index as usize];
+        if let ShapeKind::Sphere { center, radius, .. } = shape.kind
+            && let Some(cone) = Cone::new(reference, center, radius)
+        {
+            let point = self.sphere_point(shape.first, cone.sample(u));
+            // The density is that of the rounded point, so that sample and pdf agree.
+            let pdf = self.pdf_shape_from(index, reference, &point);
+            return (!pdf.is_zero()).then_some((point, pdf));
+        }
+        let point = self.area_sample_point(shape.sample_area(u));
+        Some((point, Density::new(1.0 / shape.area)))
+    }
+
+    fn pdf_shape_from(&self, index: u32, reference: Vec3, point: &SurfacePoint) -> Density<Area> {
+        let shape = &self.shapes()[index as usize];
+        if let ShapeKind::Sphere { center, radius, .. } = shape.kind
+            && let Some(cone) = Cone::new(reference, center, radius)
+        {
+            // The far side of the sphere is never sampled.
+            let d = reference.as_dvec3() - point.p.as_dvec3();
+            let outward = (point.p.as_dvec3() - center).dot(d);
+            if outward <= 0.0 {
+                return Density::ZERO;
+            }
+            return Edge::new(&End::Point { p: reference }, &point.end()).to_area(cone.pdf());
+        }
+        Density::new(1.0 / shape.area)
+    }
+}
+
+/// Counting measure: the one place it can be.
+fn at_delta() -> Density<Area> {
+    Density::at_delta(Mass::ONE)
+}
+
+/// The cone under which a sphere is seen from outside.
+struct Cone {
+    reference: glam::DVec3,
+    center: glam::DVec3,
+    radius: f64,
+    /// 1 − cos θ_max, without cancellation.
+    one_minus_cos: f64,
+}
+
+impl Cone {
+    /// `None` from inside or on the sphere.
+    fn new(reference: Vec3, center: glam::DVec3, radius: f64) -> Option<Self> {
+        let reference = reference.as_dvec3();
+        let sin2 = radius * radius / (center - reference).length_squared();
+        // Close to the surface the cone covers half the sphere: area sampling is no worse there, and stable.
+        if sin2 >= 0.999_999 {
+            return None;
+        }
+        let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
+        Some(Cone { reference, center, radius, one_minus_cos })
+    }
+
+    fn pdf(&self) -> Density<SolidAngle> {
+        Density::new(1.0 / (2.0 * PI * self.one_minus_cos))
+    }
+
+    /// The point of the sphere in a direction uniform in the cone.
+    fn sample(&self, u: [f32; 2]) -> Vec3 {
+        let to_center = self.center - self.reference;
+        let distance2 = to_center.length_squared();
+        let distance = distance2.sqrt();
+        let one_minus_cos = u[0] as f64 * self.one_minus_cos;
+        let cos = 1.0 - one_minus_cos;
+        let sin2 = one_minus_cos * (2.0 - one_minus_cos);
+        // Nearer of the two intersections along the sampled direction.
+        let t = distance * cos - (self.radius * self.radius - distance2 * sin2).max(0.0).sqrt();
+        let frame = Frame::from_normal((to_center / distance).as_vec3());
+        let phi = 2.0 * PI * u[1] as f64;
+        let sin = sin2.sqrt();
+        let d = frame.s.as_dvec3() * (phi.cos() * sin)
+            + frame.t.as_dvec3() * (phi.sin() * sin)
+            + to_center / distance * cos;
+        let p = self.reference + d * t;
+        (self.center + (p - self.center).normalize() * self.radius).as_vec3()
+    }
+}

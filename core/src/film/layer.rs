@@ -1,0 +1,93 @@
+//! Layers beside the image: per length, per technique, per emitter, per family set.
+
+use super::sink::{Contribution, Families};
+
+/// Names one layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LayerKey {
+    /// Paths of length k: term k − 1 of the Neumann series K^{k−1} L_e.
+    Length(u16),
+    /// Contributions of technique (s, t) with their MIS weight.
+    Technique {
+        /// Emitter-side vertices.
+        s: u16,
+        /// Sensor-side vertices.
+        t: u16,
+    },
+    /// Contributions of technique (s, t) without their MIS weight, as if it were the only one.
+    Unweighted {
+        /// Emitter-side vertices.
+        s: u16,
+        /// Sensor-side vertices.
+        t: u16,
+    },
+    /// Light group: paths from one emitter.
+    Emitter(u32),
+    /// Paths of one length that the same families of techniques can make; what comparisons use.
+    Class {
+        /// Path length in edges.
+        length: u16,
+        /// Families that can make the path.
+        families: Families,
+    },
+}
+
+impl LayerKey {
+    /// True for layers that undo the MIS weight.
+    pub fn is_unweighted(self) -> bool {
+        matches!(self, LayerKey::Unweighted { .. })
+    }
+
+    /// Name of the layer in files: `length.03`, `technique.s02.t01`, …
+    pub fn name(self) -> String {
+        match self {
+            LayerKey::Length(k) => format!("length.{k:02}"),
+            LayerKey::Technique { s, t } => format!("technique.s{s:02}.t{t:02}"),
+            LayerKey::Unweighted { s, t } => format!("unweighted.s{s:02}.t{t:02}"),
+            LayerKey::Emitter(i) => format!("emitter.{i:03}"),
+            LayerKey::Class { length, families } => {
+                format!("class.{length:02}.{:02}", families.bits())
+            }
+        }
+    }
+}
+
+/// Which layers a film keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Layers {
+    /// [`LayerKey::Length`].
+    pub length: bool,
+    /// [`LayerKey::Technique`].
+    pub technique: bool,
+    /// [`LayerKey::Unweighted`].
+    pub unweighted: bool,
+    /// [`LayerKey::Emitter`].
+    pub emitter: bool,
+    /// [`LayerKey::Class`].
+    pub class: bool,
+}
+
+impl Layers {
+    /// The image alone.
+    pub const NONE: Layers =
+        Layers { length: false, technique: false, unweighted: false, emitter: false, class: false };
+
+    /// True where only the image is kept.
+    pub fn is_none(self) -> bool {
+        self == Layers::NONE
+    }
+
+    /// Keys of the layers that a contribution belongs to.
+    pub fn keys(self, c: &Contribution) -> impl Iterator<Item = LayerKey> {
+        let (s, t, length) = (c.s, c.t, c.length());
+        [
+            self.length.then_some(LayerKey::Length(length)),
+            self.technique.then_some(LayerKey::Technique { s, t }),
+            (self.unweighted && c.weight > 0.0).then_some(LayerKey::Unweighted { s, t }),
+            self.emitter.then_some(LayerKey::Emitter(c.emitter)),
+            self.class.then_some(LayerKey::Class { length, families: c.families }),
+        ]
+        .into_iter()
+        .flatten()
+    }
+}

@@ -1,0 +1,155 @@
+//! The public face of the tree.
+
+use super::layout::{Block, Node, Tree};
+use super::primitives::PrimRef;
+use super::{GeometryError, Primitives, build, lanes, traverse};
+use crate::math::Ray;
+
+/// Where a ray meets a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f32,
+    /// Primitive: triangles first, then spheres, then disks.
+    pub prim: u32,
+    /// Barycentric weight of corner 1 of a triangle; a of a disk's c + a·u + b·v; 0 for a sphere.
+    pub b1: f32,
+    /// Barycentric weight of corner 2 of a triangle; b of a disk; 0 for a sphere.
+    pub b2: f32,
+}
+
+/// Size of a tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stats {
+    /// Inner nodes of eight children.
+    pub nodes: usize,
+    /// Blocks of eight triangles.
+    pub blocks: usize,
+    /// Spheres and disks in leaves.
+    pub analytic: usize,
+    /// Levels of inner nodes.
+    pub depth: usize,
+    /// Bytes of nodes and leaves together, without the primitives themselves.
+    pub bytes: usize,
+}
+
+/// Immutable ray-traversal structure over [`Primitives`]; see the [module](super).
+///
+/// A ray's hits are those with tmin < t < tmax and t > 0. A ray that is not finite, whose direction
+/// is shorter than the smallest normal f32, or whose interval is empty hits nothing.
+pub struct Accel {
+    tree: Tree,
+    prims: Primitives,
+    /// Largest magnitude of any coordinate of the bounds.
+    extent: f32,
+    wide: bool,
+}
+
+impl Accel {
+    /// Builds the tree; the same input gives the same tree for any number of threads.
+    ///
+    /// # Errors
+    /// Numbers that are not finite or beyond 10⁶, radii that are not positive, too many primitives.
+    pub fn build(prims: Primitives) -> Result<Accel, GeometryError> {
+        prims.validate()?;
+        let tree = build::build(&prims);
+        let corners = prims.triangles.iter().flatten().map(|v| v.abs().max_element());
+        let spheres = prims.spheres.iter().map(|s| s.center.abs().max_element() + s.radius);
+        let disks =
+            prims.disks.iter().map(|d| (d.center.abs() + d.u.abs() + d.v.abs()).max_element());
+        let extent = corners.chain(spheres).chain(disks).fold(0.0, f32::max);
+        Ok(Accel { tree, prims, extent, wide: has_avx2() })
+    }
+
+    /// The primitives the tree was built of.
+    pub fn primitives(&self) -> &Primitives {
+        &self.prims
+    }
+
+    /// Closest hit; among equal t the smallest primitive id.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` says that the processor has AVX2.
+            return unsafe { closest_avx2(&self.tree, self.extent, ray) };
+        }
+        self.closest_portable(ray)
+    }
+
+    /// Whether the ray hits anything: 1 − V for the segment of a shadow ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` says that the processor has AVX2.
+            return unsafe { occluded_avx2(&self.tree, self.extent, ray) };
+        }
+        self.occluded_portable(ray)
+    }
+
+    /// [`Accel::closest`] by the code path for any processor: the same bits, only slower.
+    pub fn closest_portable(&self, ray: &Ray) -> Option<Hit> {
+        traverse::closest::<lanes::Portable>(&self.tree, self.extent, ray)
+    }
+
+    /// [`Accel::occluded`] by the code path for any processor.
+    pub fn occluded_portable(&self, ray: &Ray) -> bool {
+        traverse::occluded::<lanes::Portable>(&self.tree, self.extent, ray)
+    }
+
+    /// Whether rays take the AVX2 path.
+    pub fn is_wide(&self) -> bool {
+        self.wide
+    }
+
+    /// Size of the tree.
+    pub fn stats(&self) -> Stats {
+        let t = &self.tree;
+        Stats {
+            nodes: t.nodes.len(),
+            blocks: t.blocks.len(),
+            analytic: t.analytic.len(),
+            depth: t.depth,
+            bytes: t.nodes.len() * size_of::<Node>()
+                + t.blocks.len() * size_of::<Block>()
+                + size_of_val(t.analytic.as_slice()),
+        }
+    }
+
+    pub(super) fn prim(&self, prim: u32) -> Option<PrimRef<'_>> {
+        self.prims.get(prim)
+    }
+}
+
+impl std::fmt::Debug for Accel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Accel").field("stats", &self.stats()).field("wide", &self.wide).finish()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+        && std::arch::is_x86_feature_detected!("bmi1")
+        && std::arch::is_x86_feature_detected!("bmi2")
+        && std::arch::is_x86_feature_detected!("lzcnt")
+        && std::arch::is_x86_feature_detected!("popcnt")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_avx2() -> bool {
+    false
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+fn closest_avx2(tree: &Tree, extent: f32, ray: &Ray) -> Option<Hit> {
+    traverse::closest::<lanes::Avx2>(tree, extent, ray)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+fn occluded_avx2(tree: &Tree, extent: f32, ray: &Ray) -> bool {
+    traverse::occluded::<lanes::Avx2>(tree, extent, ray)
+}

@@ -1,0 +1,218 @@
+//! Eight lanes of f32: the few operations the kernels need, on AVX2 or on arrays.
+//!
+//! Both implementations perform the same IEEE 754 operation in each lane, rounding included, and
+//! treat NaN as the x86 instructions do: `max` and `min` return their second argument if either is
+//! NaN, comparisons with NaN are false but for `ne`.
+
+/// Eight lanes.
+///
+/// The methods are `inline(always)` so that they take on the target features of the function they
+/// end up in.
+pub(super) trait Lanes: Copy {
+    /// All-ones or all-zeros lanes.
+    type Mask: Copy;
+
+    fn splat(x: f32) -> Self;
+    fn load(x: &[f32; 8]) -> Self;
+    fn store(self) -> [f32; 8];
+    fn add(self, b: Self) -> Self;
+    fn sub(self, b: Self) -> Self;
+    fn mul(self, b: Self) -> Self;
+    fn div(self, b: Self) -> Self;
+    /// `self > b ? self : b`
+    fn max(self, b: Self) -> Self;
+    /// `self < b ? self : b`
+    fn min(self, b: Self) -> Self;
+    fn le(self, b: Self) -> Self::Mask;
+    fn lt(self, b: Self) -> Self::Mask;
+    /// Different or NaN.
+    fn ne(self, b: Self) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Bit i set where lane i is.
+    fn bits(m: Self::Mask) -> u32;
+    /// Hint that the cache lines of `*p` will be read.
+    fn prefetch<T>(p: *const T);
+}
+
+/// Lanes as an array, for any target.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Portable([f32; 8]);
+
+#[inline(always)]
+fn zip<T: Copy, R>(a: [T; 8], b: [T; 8], f: impl Fn(T, T) -> R) -> [R; 8] {
+    std::array::from_fn(|i| f(a[i], b[i]))
+}
+
+impl Lanes for Portable {
+    type Mask = [u32; 8];
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Portable([x; 8])
+    }
+    #[inline(always)]
+    fn load(x: &[f32; 8]) -> Self {
+        Portable(*x)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; 8] {
+        self.0
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| a + b))
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| a - b))
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| a * b))
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| a / b))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| if a > b { a } else { b }))
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        Portable(zip(self.0, b.0, |a, b| if a < b { a } else { b }))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> [u32; 8] {
+        zip(self.0, b.0, |a, b| if a <= b { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> [u32; 8] {
+        zip(self.0, b.0, |a, b| if a < b { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn ne(self, b: Self) -> [u32; 8] {
+        zip(self.0, b.0, |a, b| if a != b { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn and(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
+        zip(a, b, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn or(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
+        zip(a, b, |a, b| a | b)
+    }
+    #[inline(always)]
+    fn bits(m: [u32; 8]) -> u32 {
+        (0..8).fold(0, |bits, i| bits | (m[i] & 1 << i))
+    }
+    #[inline(always)]
+    fn prefetch<T>(_p: *const T) {}
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) use avx2::Avx2;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::*;
+
+    use super::Lanes;
+
+    /// Lanes in one AVX register. To be used only inside functions compiled for AVX2 that run on a
+    /// processor known to have it; the `SAFETY` of every intrinsic below rests on that.
+    #[derive(Clone, Copy)]
+    pub struct Avx2(__m256);
+
+    impl Lanes for Avx2 {
+        type Mask = __m256;
+
+        #[inline(always)]
+        fn splat(x: f32) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_set1_ps(x) })
+        }
+        #[inline(always)]
+        fn load(x: &[f32; 8]) -> Self {
+            // SAFETY: AVX2 is present, and the reference covers the 32 bytes read.
+            Avx2(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+        }
+        #[inline(always)]
+        fn store(self) -> [f32; 8] {
+            let mut out = [0.0; 8];
+            // SAFETY: AVX2 is present, and `out` has the 32 bytes written.
+            unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) };
+            out
+        }
+        #[inline(always)]
+        fn add(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_add_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn sub(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_sub_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn mul(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_mul_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn div(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_div_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn max(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_max_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn min(self, b: Self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_min_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn le(self, b: Self) -> __m256 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0) }
+        }
+        #[inline(always)]
+        fn lt(self, b: Self) -> __m256 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, b.0) }
+        }
+        #[inline(always)]
+        fn ne(self, b: Self) -> __m256 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_cmp_ps::<_CMP_NEQ_UQ>(self.0, b.0) }
+        }
+        #[inline(always)]
+        fn and(a: __m256, b: __m256) -> __m256 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_and_ps(a, b) }
+        }
+        #[inline(always)]
+        fn or(a: __m256, b: __m256) -> __m256 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_or_ps(a, b) }
+        }
+        #[inline(always)]
+        fn bits(m: __m256) -> u32 {
+            // SAFETY: AVX2 is present, see the type.
+            unsafe { _mm256_movemask_ps(m) as u32 }
+        }
+        #[inline(always)]
+        fn prefetch<T>(p: *const T) {
+            let p = p.cast::<i8>();
+            for line in 0..size_of::<T>().div_ceil(64) {
+                // SAFETY: a prefetch never faults, whatever the address; SSE is part of x86-64.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line)) };
+            }
+        }
+    }
+}

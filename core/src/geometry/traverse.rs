@@ -1,0 +1,378 @@
+//! The walk: one source for all code paths, generic over [`Lanes`].
+
+use std::mem::MaybeUninit;
+
+use super::Hit;
+use super::analytic::Ray64;
+use super::lanes::Lanes;
+use super::layout::{Block, Child, Node, STACK, Tree};
+use crate::math::Ray;
+
+/// Widening of the slabs, in units of (extent of the scene + largest coordinate of the origin).
+///
+/// Let u = 2⁻²⁴. A sheared coordinate (v − o)ₓ − Sₓ(v − o)_z carries an error of at most
+/// 6u·(|v| + |o|), which bounds how far from the exact ray an accepted triangle may lie; the slab
+/// value (plane − o)·(1/d) is relatively wrong by 3u, that is by 3u·(|v| + |o|) along the axis; the
+/// rest is reserve.
+const SLACK: f32 = 12.0 / 16_777_216.0;
+
+/// Ray prepared for the node and block tests.
+struct Setup<L> {
+    /// Rows of the node's near planes.
+    near: [usize; 3],
+    /// Rows of the node's far planes.
+    far: [usize; 3],
+    /// Origin shifted so that near planes come nearer.
+    o_near: [L; 3],
+    /// Origin shifted so that far planes go farther.
+    o_far: [L; 3],
+    /// 1/d, ±∞ where d vanishes.
+    rd: [L; 3],
+    tmin: L,
+    /// Axes x, y, z of the sheared frame; z is where |d| is largest.
+    axis: [usize; 3],
+    /// Origin in the sheared frame's axes.
+    o: [L; 3],
+    /// Shear Sₓ, S_y and scale S_z (Woop et al. 2013, §2.1).
+    shear: [L; 3],
+    tmin_scalar: f32,
+    /// The largest t that counts.
+    last: f32,
+}
+
+impl<L: Lanes> Setup<L> {
+    /// `None` for rays that hit nothing by definition: not finite, without direction, empty
+    /// interval.
+    #[inline(always)]
+    fn new(ray: &Ray, extent: f32) -> Option<Self> {
+        let (o, d) = (ray.o.to_array(), ray.d.to_array());
+        let a = d.map(f32::abs);
+        let z = if a[0] > a[1] {
+            if a[0] > a[2] { 0 } else { 2 }
+        } else if a[1] > a[2] {
+            1
+        } else {
+            2
+        };
+        // t ≤ 0 never counts; the addition turns −0 into +0, whose bits order as the numbers do.
+        let tmin = ray.tmin.max(0.0) + 0.0;
+        let sound = ray.o.is_finite()
+            && ray.d.is_finite()
+            && a[z] >= f32::MIN_POSITIVE
+            && ray.tmin < ray.tmax
+            && tmin < ray.tmax;
+        if !sound {
+            return None;
+        }
+        const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
+        let (x, y) = (NEXT[z + 1], NEXT[z + 2]);
+        let slack = SLACK * (extent + o[0].abs().max(o[1].abs()).max(o[2].abs()));
+        let rd = d.map(|d| 1.0 / d);
+        let back = d.map(|d| d.is_sign_negative());
+        let sz = rd[z];
+        Some(Setup {
+            near: [0, 1, 2].map(|i| if back[i] { i + 3 } else { i }),
+            far: [0, 1, 2].map(|i| if back[i] { i } else { i + 3 }),
+            o_near: [0, 1, 2].map(|i| L::splat(o[i] + slack.copysign(d[i]))),
+            o_far: [0, 1, 2].map(|i| L::splat(o[i] - slack.copysign(d[i]))),
+            rd: rd.map(L::splat),
+            tmin: L::splat(tmin),
+            axis: [x, y, z],
+            o: [L::splat(o[x]), L::splat(o[y]), L::splat(o[z])],
+            shear: [L::splat(d[x] * sz), L::splat(d[y] * sz), L::splat(sz)],
+            tmin_scalar: tmin,
+            last: ray.tmax.next_down(),
+        })
+    }
+
+    /// Children the ray may meet at t ≤ `last`, and where it enters them. NaN (0·∞: the ray lies in
+    /// a plane of the box) makes `max` and `min` keep their second argument, the slab so far.
+    #[inline(always)]
+    fn enter(&self, node: &Node, last: L) -> (u32, L) {
+        let at = |row: usize, o: L, rd: L| L::load(&node.rows[row]).sub(o).mul(rd);
+        let mut near = self.tmin;
+        let mut far = last;
+        for i in 0..3 {
+            near = at(self.near[i], self.o_near[i], self.rd[i]).max(near);
+            far = at(self.far[i], self.o_far[i], self.rd[i]).min(far);
+        }
+        (L::bits(near.le(far)), near)
+    }
+
+    /// Woop's test of eight triangles: lanes with a hit at `tmin` < t ≤ `last`.
+    #[inline(always)]
+    fn hits(&self, block: &Block, last: L) -> (u32, BlockHits<L>) {
+        let [kx, ky, kz] = self.axis;
+        let corner = |c: usize| {
+            let z = L::load(&block.rows[3 * c + kz]).sub(self.o[2]);
+            let x = L::load(&block.rows[3 * c + kx]).sub(self.o[0]).sub(self.shear[0].mul(z));
+            let y = L::load(&block.rows[3 * c + ky]).sub(self.o[1]).sub(self.shear[1].mul(z));
+            (x, y, z)
+        };
+        let ((xa, ya, za), (xb, yb, zb), (xc, yc, zc)) = (corner(0), corner(1), corner(2));
+        let u = xc.mul(yb).sub(yc.mul(xb));
+        let v = xa.mul(yc).sub(ya.mul(xc));
+        let w = xb.mul(ya).sub(yb.mul(xa));
+        let zero = L::splat(0.0);
+        let inside = L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
+        let det = u.add(v).add(w);
+        let inside = L::and(inside, det.ne(zero));
+        if L::bits(inside) == 0 {
+            return (0, BlockHits { t: zero, v, w, det });
+        }
+        let t = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.shear[2]).div(det);
+        let within = L::and(self.tmin.lt(t), t.le(last));
+        (L::bits(L::and(inside, within)), BlockHits { t, v, w, det })
+    }
+}
+
+/// Results of a block test, lane by lane.
+struct BlockHits<L> {
+    t: L,
+    v: L,
+    w: L,
+    det: L,
+}
+
+/// Best hit so far.
+struct Best {
+    t: f32,
+    prim: u32,
+    b: (f32, f32),
+}
+
+impl Best {
+    #[inline(always)]
+    fn offer(&mut self, t: f32, prim: u32, b: impl FnOnce() -> (f32, f32)) {
+        if t < self.t || (t == self.t && prim < self.prim) {
+            *self = Best { t, prim, b: b() };
+        }
+    }
+}
+
+/// Entry of the stack: the bits of the entry t (ordered as t is, since t ≥ +0) above the code.
+#[inline(always)]
+fn pack(near: f32, child: Child) -> u64 {
+    u64::from(near.to_bits()) << 32 | u64::from(child.0)
+}
+
+/// Stack whose depth is bounded by the tree's ([`super::layout::MAX_DEPTH`]).
+struct Stack<T> {
+    slots: [MaybeUninit<T>; STACK],
+    len: usize,
+}
+
+impl<T: Copy + PartialOrd> Stack<T> {
+    #[inline(always)]
+    fn new() -> Self {
+        Stack { slots: [const { MaybeUninit::uninit() }; STACK], len: 0 }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, x: T) {
+        debug_assert!(self.len < STACK);
+        // SAFETY: each level of the tree leaves at most 7 entries behind, plus 8 while a node is
+        // being unpacked, and trees are at most MAX_DEPTH deep: len < STACK.
+        unsafe { self.slots.get_unchecked_mut(self.len).write(x) };
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<T> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: slots below the former `len` were written by `push`, and len < STACK.
+        Some(unsafe { self.slots.get_unchecked(self.len).assume_init() })
+    }
+
+    /// Sorts the entries from `from` on so that the least is popped first.
+    #[inline(always)]
+    fn sort_from(&mut self, from: usize) {
+        for i in from + 1..self.len {
+            // SAFETY: from ≤ j ≤ i < len ≤ STACK, and slots below `len` are written.
+            unsafe {
+                let x = self.slots.get_unchecked(i).assume_init();
+                let mut j = i;
+                while j > from && self.slots.get_unchecked(j - 1).assume_init() < x {
+                    *self.slots.get_unchecked_mut(j) = *self.slots.get_unchecked(j - 1);
+                    j -= 1;
+                }
+                self.slots.get_unchecked_mut(j).write(x);
+            }
+        }
+    }
+}
+
+impl Tree {
+    #[inline(always)]
+    fn node(&self, child: Child) -> &Node {
+        debug_assert!((child.0 as usize) < self.nodes.len());
+        // SAFETY: codes that are not leaves index `nodes` by construction (`build::emit`).
+        unsafe { self.nodes.get_unchecked(child.0 as usize) }
+    }
+
+    #[inline(always)]
+    fn block(&self, i: usize) -> &Block {
+        debug_assert!(i < self.blocks.len());
+        // SAFETY: runs of blocks lie inside `blocks` by construction (`build::leaf`).
+        unsafe { self.blocks.get_unchecked(i) }
+    }
+
+    #[inline(always)]
+    fn prefetch<L: Lanes>(&self, child: Child) {
+        if child.is_leaf() {
+            L::prefetch(self.blocks.as_ptr().wrapping_add(child.block_range().0));
+        } else {
+            L::prefetch(self.nodes.as_ptr().wrapping_add(child.0 as usize));
+        }
+    }
+}
+
+/// Closest hit.
+#[inline(always)]
+pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<Hit> {
+    let setup = Setup::<L>::new(ray, extent)?;
+    let mut current = tree.root?;
+    let mut best = Best { t: setup.last, prim: u32::MAX, b: (0.0, 0.0) };
+    let mut stack = Stack::<u64>::new();
+    'walk: loop {
+        while !current.is_leaf() {
+            let node = tree.node(current);
+            let (mut bits, near) = setup.enter(node, L::splat(best.t));
+            if bits == 0 {
+                match pop(&mut stack, best.t) {
+                    Some(c) => current = c,
+                    None => break 'walk,
+                }
+                continue;
+            }
+            let near = near.store();
+            let key = |i: usize| pack(near[i & 7], node.child[i & 7]);
+            let first = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            if bits == 0 {
+                current = node.child[first & 7];
+                continue;
+            }
+            let (a, b) = (key(first), key(bits.trailing_zeros() as usize));
+            bits &= bits - 1;
+            if bits == 0 {
+                let (least, other) = if a < b { (a, b) } else { (b, a) };
+                tree.prefetch::<L>(Child(other as u32));
+                stack.push(other);
+                current = Child(least as u32);
+                continue;
+            }
+            let from = stack.len;
+            stack.push(a);
+            stack.push(b);
+            while bits != 0 {
+                stack.push(key(bits.trailing_zeros() as usize));
+                bits &= bits - 1;
+            }
+            stack.sort_from(from);
+            for i in from..stack.len - 1 {
+                // SAFETY: i < len, all written.
+                let k = unsafe { stack.slots.get_unchecked(i).assume_init() };
+                tree.prefetch::<L>(Child(k as u32));
+            }
+            match stack.pop() {
+                Some(k) => current = Child(k as u32),
+                None => break 'walk,
+            }
+        }
+        if current.is_analytic() {
+            let (first, count) = current.analytic_range();
+            let ray = Ray64::new(ray.o, ray.d);
+            for a in &tree.analytic[first..first + count] {
+                if let Some((t, x, y)) = a.intersect(&ray, setup.tmin_scalar, best.t) {
+                    best.offer(t, a.prim, || (x, y));
+                }
+            }
+        } else {
+            let (first, count) = current.block_range();
+            for i in first..first + count {
+                let block = tree.block(i);
+                let (mut bits, h) = setup.hits(block, L::splat(best.t));
+                if bits != 0 {
+                    let (t, v, w, det) = (h.t.store(), h.v.store(), h.w.store(), h.det.store());
+                    while bits != 0 {
+                        let i = bits.trailing_zeros() as usize & 7;
+                        best.offer(t[i], block.prim[i], || (v[i] / det[i], w[i] / det[i]));
+                        bits &= bits - 1;
+                    }
+                }
+            }
+        }
+        match pop(&mut stack, best.t) {
+            Some(c) => current = c,
+            None => break,
+        }
+    }
+    (best.prim != u32::MAX).then_some(Hit {
+        t: best.t,
+        prim: best.prim,
+        b1: best.b.0,
+        b2: best.b.1,
+    })
+}
+
+/// Next entry that is not beyond `last`.
+#[inline(always)]
+fn pop(stack: &mut Stack<u64>, last: f32) -> Option<Child> {
+    loop {
+        let key = stack.pop()?;
+        if (key >> 32) as u32 <= last.to_bits() {
+            return Some(Child(key as u32));
+        }
+    }
+}
+
+/// Whether anything is hit.
+#[inline(always)]
+pub(super) fn occluded<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> bool {
+    let Some(setup) = Setup::<L>::new(ray, extent) else { return false };
+    let Some(mut current) = tree.root else { return false };
+    let last = L::splat(setup.last);
+    let mut stack = Stack::<u32>::new();
+    loop {
+        if current.is_leaf() {
+            if current.is_analytic() {
+                let (first, count) = current.analytic_range();
+                let ray = Ray64::new(ray.o, ray.d);
+                let hit = tree.analytic[first..first + count]
+                    .iter()
+                    .any(|a| a.intersect(&ray, setup.tmin_scalar, setup.last).is_some());
+                if hit {
+                    return true;
+                }
+            } else {
+                let (first, count) = current.block_range();
+                for i in first..first + count {
+                    if setup.hits(tree.block(i), last).0 != 0 {
+                        return true;
+                    }
+                }
+            }
+        } else {
+            let node = tree.node(current);
+            let (mut bits, _) = setup.enter(node, last);
+            if bits != 0 {
+                loop {
+                    let child = node.child[bits.trailing_zeros() as usize & 7];
+                    bits &= bits - 1;
+                    if bits == 0 {
+                        current = child;
+                        break;
+                    }
+                    tree.prefetch::<L>(child);
+                    stack.push(child.0);
+                }
+                continue;
+            }
+        }
+        match stack.pop() {
+            Some(c) => current = Child(c),
+            None => return false,
+        }
+    }
+}

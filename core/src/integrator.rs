@@ -1,0 +1,127 @@
+//! The open set: what an integrator is, and what a run of one can do.
+
+use std::sync::Arc;
+
+use crate::driver::{self, Work};
+use crate::film::{Families, Film, Sink};
+use crate::random::PrimarySample;
+use crate::scene::Scene;
+
+/// Turns one point of primary sample space into contributions. With a random stream it is a Monte
+/// Carlo integrator ([`MonteCarlo`]); with a mutated vector it is primary-sample-space Metropolis.
+pub trait PathEstimator: Send + Sync + 'static {
+    /// Emits the contributions of one sample. `pixel` is the pixel (of the whole film) that this sample belongs to, or
+    /// `None` for a sample of the whole crop window; estimators that start at the emitters take no notice of it.
+    fn estimate<U: PrimarySample, S: Sink>(
+        &self,
+        scene: &Scene,
+        pixel: Option<[u32; 2]>,
+        u: &mut U,
+        sink: &mut S,
+    );
+}
+
+/// A light transport algorithm with its options. Object safe: plug-ins implement it.
+pub trait Integrator: Send + Sync {
+    /// Short name: `pt`.
+    fn name(&self) -> &str;
+
+    /// Name with every option that differs from its default: `pt:nee=false`.
+    fn spec(&self) -> String {
+        self.name().to_owned()
+    }
+
+    /// Families of techniques that it uses on this scene: which paths it can see.
+    fn families(&self, scene: &Scene) -> Families;
+
+    /// Begins a run. Two runs with different seeds are independent replicates.
+    ///
+    /// # Errors
+    /// Where the scene is not for this integrator (a radiosity solver and a mirror).
+    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError>;
+
+    /// Goes on from a saved state, to the bit as if never interrupted.
+    ///
+    /// # Errors
+    /// As [`Integrator::start`], and where the state is not of this integrator.
+    fn resume(
+        &self,
+        scene: Arc<Scene>,
+        seed: u64,
+        state: &State,
+    ) -> Result<Box<dyn Run>, IntegratorError>;
+}
+
+/// An integrator at work on one scene with one seed.
+pub trait Run: Send {
+    /// About one sample (or mutation) per pixel. Runs on the current rayon pool; the film is the same to the bit for any number of threads.
+    fn step(&mut self, film: &mut Film) -> Work;
+
+    /// Everything besides the film that the next step depends on.
+    fn save(&self) -> State;
+}
+
+/// Saved state of a [`Run`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// Steps done.
+    pub step: u64,
+    /// Whatever else the integrator needs, in its own encoding.
+    pub bytes: Vec<u8>,
+}
+
+/// Why an integrator does not run on a scene.
+#[derive(Debug, thiserror::Error, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum IntegratorError {
+    /// The scene has something the integrator can not treat.
+    #[error("{integrator} does not render this scene: {reason}")]
+    Refused {
+        /// The integrator.
+        integrator: String,
+        /// What is in the way.
+        reason: String,
+    },
+    /// A saved state does not fit.
+    #[error("the saved state is not one of {integrator}: {reason}")]
+    BadState {
+        /// The integrator.
+        integrator: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// Plain Monte Carlo over a [`PathEstimator`]: one sample per pixel and step.
+pub struct MonteCarlo<E> {
+    estimator: Arc<E>,
+    scene: Arc<Scene>,
+    seed: u64,
+    step: u64,
+}
+
+impl<E: PathEstimator> MonteCarlo<E> {
+    /// A run that starts at step `step`.
+    pub fn new(estimator: Arc<E>, scene: Arc<Scene>, seed: u64, step: u64) -> Self {
+        MonteCarlo { estimator, scene, seed, step }
+    }
+}
+
+impl<E: PathEstimator> Run for MonteCarlo<E> {
+    fn step(&mut self, film: &mut Film) -> Work {
+        let crop = film.description().crop;
+        let items = film.pixels();
+        let (estimator, scene) = (&*self.estimator, &*self.scene);
+        let work = driver::run_items(film, self.seed, self.step, items, |item, u, chunk| {
+            let (x, y) = (item % crop.width as u64, item / crop.width as u64);
+            let pixel = [crop.x + x as u32, crop.y + y as u32];
+            estimator.estimate(scene, Some(pixel), u, chunk);
+        });
+        self.step += 1;
+        work
+    }
+
+    fn save(&self) -> State {
+        State { step: self.step, bytes: Vec::new() }
+    }
+}

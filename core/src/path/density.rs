@@ -1,0 +1,161 @@
+//! Densities p_{s,t}(x̄) of the techniques, and which technique can make a path at all.
+
+use super::{Path, Vertex};
+use crate::bsdf::TransportMode;
+use crate::film::Families;
+use crate::measure::{Density, Edge, SolidAngle};
+use crate::scene::Scene;
+
+/// A sampling technique: s emitter-side and t sensor-side vertices (Veach's convention).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Technique {
+    /// Emitter-side vertices.
+    pub s: usize,
+    /// Sensor-side vertices.
+    pub t: usize,
+}
+
+impl Technique {
+    /// The technique (s, t).
+    pub fn new(s: usize, t: usize) -> Self {
+        Technique { s, t }
+    }
+
+    /// The family it belongs to.
+    pub fn family(self) -> Families {
+        match (self.s, self.t) {
+            (0, _) => Families::S0,
+            (_, 0) => Families::T0,
+            (_, 1) => Families::T1,
+            (1, _) => Families::S1,
+            _ => Families::INNER,
+        }
+    }
+}
+
+/// The rules by which walks end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WalkRules {
+    /// Longest path in edges; `None` is unlimited. 1 is directly seen emission only (Mitsuba's max_depth).
+    pub max_length: Option<u32>,
+    /// Russian roulette plays at vertex i of a subpath (its first vertex is 0) for i ≥ `rr_depth`.
+    pub rr_depth: u32,
+}
+
+impl Default for WalkRules {
+    fn default() -> Self {
+        WalkRules { max_length: None, rr_depth: 5 }
+    }
+}
+
+impl WalkRules {
+    /// True where paths of this length count.
+    #[inline]
+    pub fn allows(&self, length: usize) -> bool {
+        self.max_length.is_none_or(|max| length <= max as usize)
+    }
+}
+
+/// Whether technique (s, t) can make the path: hits need an emitter or lens of positive measure, connections need ends that
+/// are no delta. The one predicate; a density is never asked to say "impossible".
+pub fn samplable(scene: &Scene, path: &Path, technique: Technique, rules: &WalkRules) -> bool {
+    let Technique { s, t } = technique;
+    let v = &path.vertices;
+    let k = path.length();
+    if s + t != k + 1 || k == 0 || !rules.allows(k) {
+        return false;
+    }
+    let delta_emitter = v[0].emitter().is_none_or(|e| scene.emitters().get(e).is_delta());
+    // A delta emitter has no image of its own: it is never seen directly.
+    if delta_emitter && k == 1 {
+        return false;
+    }
+    if s == 0 {
+        return !delta_emitter;
+    }
+    if t == 0 {
+        return !scene.sensor().is_pinhole();
+    }
+    // A vertex scatters on the side it is seen from: towards the vertex its subpath came from.
+    let connectible = |i: usize, from: usize| match &v[i] {
+        Vertex::Surface(point) => !scene.is_delta_at(point, v[i].edge_to(&v[from]).direction()),
+        _ => false,
+    };
+    (s == 1 || connectible(s - 1, s - 2)) && (t == 1 || connectible(s, s + 1))
+}
+
+/// Every family of techniques that can make the path.
+pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
+    let k = path.length();
+    (0..=k + 1).map(|s| Technique::new(s, k + 1 - s)).fold(Families::NONE, |all, technique| {
+        all | technique.family().when(samplable(scene, path, technique, rules))
+    })
+}
+
+/// ln p_{s,t}(x̄), roulette and choice of emitter included (Veach 1997, §10.2); `None` where the technique can not
+/// make the path ([`samplable`]) or has density 0 there.
+///
+/// x₀ of s = 1, t ≥ 2 is sampled for x₁ (next-event estimation), of every other technique by the light subpath.
+pub fn ln_density(
+    scene: &Scene,
+    path: &Path,
+    technique: Technique,
+    rules: &WalkRules,
+) -> Option<f64> {
+    if !samplable(scene, path, technique, rules) {
+        return None;
+    }
+    let Technique { s, t } = technique;
+    let v = &path.vertices;
+    let k = path.length();
+    let edges: Vec<Edge> = v.windows(2).map(|w| w[0].edge_to(&w[1])).collect();
+    let mut ln = 0.0;
+    let mut multiply = |p: f64| ln += p.ln();
+
+    // Light subpath x₀ … x_{s−1}.
+    if s == 1 && t >= 2 {
+        multiply(scene.pdf_direct(v[1].position()?, &v[0]).value());
+    } else if s >= 1 {
+        multiply(scene.pdf_emission_vertex(&v[0]).value());
+    }
+    if s >= 2 {
+        multiply(scene.pdf_emission_next(&v[0], &edges[0]).value());
+    }
+    for i in 1..s.saturating_sub(1) {
+        let point = v[i].surface()?;
+        let (from, to) = (-edges[i - 1].direction(), edges[i].direction());
+        let (pdf, q) = scene.scatter_event(point, from, to, TransportMode::Importance)?;
+        multiply(edges[i].to_area(pdf).value());
+        if i >= rules.rr_depth as usize {
+            multiply(q.value());
+        }
+    }
+
+    // Sensor subpath x_k … x_s.
+    if t >= 1 {
+        multiply(scene.sensor().pdf_vertex().value());
+    }
+    if t >= 2 {
+        let d = -edges[k - 1].direction();
+        let Vertex::Sensor { p, .. } = v[k] else { return None };
+        scene.sensor().film_position(p, d)?;
+        multiply(to_previous(v, k - 1, scene.sensor().pdf_direction(d)));
+    }
+    // Vertex j of the sensor subpath is x_{k−j}.
+    for j in 1..t.saturating_sub(1) {
+        let i = k - j;
+        let point = v[i].surface()?;
+        let (from, to) = (edges[i].direction(), -edges[i - 1].direction());
+        let (pdf, q) = scene.scatter_event(point, from, to, TransportMode::Radiance)?;
+        multiply(to_previous(v, i - 1, pdf));
+        if j >= rules.rr_depth as usize {
+            multiply(q.value());
+        }
+    }
+    ln.is_finite().then_some(ln)
+}
+
+/// Area density at x_i of a direction sampled at x_{i+1}.
+fn to_previous(v: &[Vertex], i: usize, pdf: Density<SolidAngle>) -> f64 {
+    v[i + 1].edge_to(&v[i]).to_area(pdf).value()
+}

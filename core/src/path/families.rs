@@ -1,0 +1,50 @@
+//! Which families of techniques could make a path, tracked along a walk.
+
+use crate::bsdf::TransportMode;
+use crate::film::Families;
+
+/// What a walk remembers of its surface vertices to name the families of techniques that could have made its path; agrees with
+/// [`super::families`], which looks at the whole path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WalkClass {
+    vertices: u32,
+    first_spreads: bool,
+    last_spreads: bool,
+    adjacent_spread: bool,
+}
+
+impl WalkClass {
+    /// Adds the next surface vertex of the walk; `spreads` where it is no delta vertex.
+    #[inline]
+    pub fn push(&mut self, spreads: bool) {
+        if self.vertices == 0 {
+            self.first_spreads = spreads;
+        } else {
+            self.adjacent_spread |= self.last_spreads && spreads;
+        }
+        self.last_spreads = spreads;
+        self.vertices += 1;
+    }
+
+    /// The families for a path whose inner vertices are those pushed so far, by a walk from the sensor (radiance) or the emitter (importance).
+    #[inline]
+    pub fn families(&self, mode: TransportMode, delta_emitter: bool, pinhole: bool) -> Families {
+        if self.vertices == 0 {
+            // x₀ seen directly: a delta emitter has no image.
+            return if delta_emitter {
+                Families::NONE
+            } else {
+                Families::S0 | Families::T1 | Families::T0.when(!pinhole)
+            };
+        }
+        let (at_sensor, at_emitter) = match mode {
+            TransportMode::Radiance => (self.first_spreads, self.last_spreads),
+            TransportMode::Importance => (self.last_spreads, self.first_spreads),
+        };
+        Families::S0.when(!delta_emitter)
+            | Families::S1.when(at_emitter)
+            | Families::INNER.when(self.adjacent_spread)
+            | Families::T1.when(at_sensor)
+            | Families::T0.when(!pinhole)
+    }
+}

@@ -1,0 +1,208 @@
+//! Scattering at a surface point in path space: shading normals, adjoint factor and roulette in one place.
+//!
+//! Path space has one BSDF per vertex, f̄(ω_l, ω_c), with ω_l towards the emitter and ω_c towards the sensor, and G with
+//! geometric normals. A shading normal n_s turns it into (Veach 1997, §5.3)
+//!
+//! f̄ = f(ω_c, ω_l) |ω_l·n_s| / |ω_l·n_g| .
+//!
+//! Walks from the sensor then carry f |ω_l·n_s|, walks from the emitter carry f |ω_c·n_s| times the adjoint factor
+//! |ω_l·n_s||ω_c·n_g| / (|ω_l·n_g||ω_c·n_s|) (eq. 5.19).
+//!
+//! A delta lobe has coefficient c and probability m. Densities on the two sides of a refraction live in measures that differ by n²
+//! (n² dσ⊥ is invariant), so a delta event counts in densities as m n_to² |ω_to·n_s| per solid angle and in f̄
+//! as c_radiance n_l² |ω_l·n_s|/|ω_l·n_g|: relative to one common delta function, the same from both sides, so
+//! that ratios of densities, and quotients f/p, are exact.
+
+use glam::Vec3;
+
+use crate::bsdf::{ScatterPdf, TransportMode};
+use crate::color::Rgb;
+use crate::measure::{Density, Mass, SolidAngle};
+use crate::scene::{Scene, SurfacePoint};
+
+/// Largest probability to go on, so that walks in lossless media end.
+const MAX_SURVIVAL: f64 = 0.95;
+
+/// A step of a walk.
+#[derive(Clone, Copy, Debug)]
+pub struct ScatterSample {
+    /// World direction, unit length.
+    pub direction: Vec3,
+    /// f̄ |ω·n_g| / p: what the throughput is multiplied by, adjoint factor included, roulette not.
+    pub weight: Rgb,
+    /// Density of the direction; relative to the common delta function where `delta`.
+    pub pdf: Density<SolidAngle>,
+    /// True for a delta lobe.
+    pub delta: bool,
+    /// Probability to survive Russian roulette here, where roulette plays: min(max weight, 0.95), the compression of radiance by η²
+    /// left out. It depends on this event alone, so that it is part of the density from both sides.
+    pub survival: Mass,
+}
+
+/// A vertex seen by a connection.
+#[derive(Clone, Copy, Debug)]
+pub struct ScatterValue {
+    /// f̄.
+    pub value: Rgb,
+    /// Density with which the walk itself would have gone on that way; 0 where it could not.
+    pub pdf: Density<SolidAngle>,
+    /// Probability to survive roulette on that way, where roulette plays.
+    pub survival: Mass,
+}
+
+impl Scene {
+    /// True where the surface scatters ω only into delta lobes: such a vertex can not be connected.
+    #[inline]
+    pub fn is_delta_at(&self, point: &SurfacePoint, w: Vec3) -> bool {
+        self.bsdf(point).is_delta_at(point.frame.to_local(w))
+    }
+
+    /// f̄(ω_l, ω_c) of the lobes that spread.
+    #[inline]
+    pub fn scatter(&self, point: &SurfacePoint, to_light: Vec3, to_sensor: Vec3) -> Rgb {
+        let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
+        let f = self.bsdf(point).eval(c, l, TransportMode::Radiance);
+        if f.is_black() { f } else { f * shading_ratio(point, to_light, l.z) }
+    }
+
+    /// Everything a connection needs at a vertex that a walk reached from `from` and could have left towards `to`; lobes that spread only.
+    #[inline]
+    pub fn evaluate_scatter(
+        &self,
+        point: &SurfacePoint,
+        from: Vec3,
+        to: Vec3,
+        mode: TransportMode,
+    ) -> Option<ScatterValue> {
+        let bsdf = self.bsdf(point);
+        let (wo, wi) = (point.frame.to_local(from), point.frame.to_local(to));
+        let f = bsdf.eval(wo, wi, mode);
+        if f.is_black() {
+            return None;
+        }
+        let pdf = bsdf.pdf(wo, wi);
+        let weight = f * (wi.z.abs() / pdf.value() as f32);
+        let (value, weight) = match mode {
+            TransportMode::Radiance => (f * shading_ratio(point, to, wi.z), weight),
+            TransportMode::Importance => (
+                f * shading_ratio(point, from, wo.z),
+                weight * adjoint_factor(point, from, wo.z, to, wi.z),
+            ),
+        };
+        Some(ScatterValue { value, pdf, survival: survival(weight.max_channel()) })
+    }
+
+    /// Samples the next direction of a walk that came from `from`. In radiance mode the walk comes from the sensor.
+    #[inline]
+    pub fn sample_scatter(
+        &self,
+        point: &SurfacePoint,
+        from: Vec3,
+        mode: TransportMode,
+        u_lobe: f32,
+        u: [f32; 2],
+    ) -> Option<ScatterSample> {
+        let bsdf = self.bsdf(point);
+        let wo = point.frame.to_local(from);
+        let sample = bsdf.sample(wo, u_lobe, u, mode)?;
+        let direction = point.frame.to_world(sample.wi);
+        let mut weight = sample.weight;
+        let mut uncompressed = weight.max_channel();
+        match mode {
+            TransportMode::Radiance => uncompressed *= sample.eta * sample.eta,
+            TransportMode::Importance => {
+                weight *= adjoint_factor(point, from, wo.z, direction, sample.wi.z);
+                uncompressed = weight.max_channel();
+            }
+        }
+        let (pdf, delta) = match sample.pdf {
+            ScatterPdf::Density(p) => (p, false),
+            ScatterPdf::Delta(mass) => {
+                (delta_density(bsdf.relative_ior(sample.wi), mass, sample.wi), true)
+            }
+        };
+        Some(ScatterSample { direction, weight, pdf, delta, survival: survival(uncompressed) })
+    }
+
+    /// Density and survival of whichever lobe takes `from` to `to`, delta ones included; `None` where the walk can not go that way.
+    pub(crate) fn scatter_event(
+        &self,
+        point: &SurfacePoint,
+        from: Vec3,
+        to: Vec3,
+        mode: TransportMode,
+    ) -> Option<(Density<SolidAngle>, Mass)> {
+        let bsdf = self.bsdf(point);
+        let (wo, wi) = (point.frame.to_local(from), point.frame.to_local(to));
+        let (pdf, mut weight) = if bsdf.is_delta_at(wo) {
+            let (coefficient, mass) = bsdf.delta_event(wo, wi, mode)?;
+            let pdf = delta_density(bsdf.relative_ior(wi), mass, wi);
+            (pdf, coefficient * (1.0 / mass.value() as f32))
+        } else {
+            let pdf = bsdf.pdf(wo, wi);
+            if pdf.is_zero() {
+                return None;
+            }
+            (pdf, bsdf.eval(wo, wi, mode) * (wi.z.abs() / pdf.value() as f32))
+        };
+        match mode {
+            TransportMode::Radiance => {
+                let eta = bsdf.relative_ior(wi) / bsdf.relative_ior(wo);
+                weight *= eta * eta;
+            }
+            TransportMode::Importance => weight *= adjoint_factor(point, from, wo.z, to, wi.z),
+        }
+        Some((pdf, survival(weight.max_channel())))
+    }
+
+    /// f̄(ω_l, ω_c) of any lobe, delta ones relative to the common delta function.
+    pub(crate) fn scatter_value(
+        &self,
+        point: &SurfacePoint,
+        to_light: Vec3,
+        to_sensor: Vec3,
+    ) -> Rgb {
+        let bsdf = self.bsdf(point);
+        let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
+        if !bsdf.is_delta_at(c) {
+            return self.scatter(point, to_light, to_sensor);
+        }
+        match bsdf.delta_event(c, l, TransportMode::Radiance) {
+            Some((coefficient, _)) => {
+                let n = bsdf.relative_ior(l);
+                coefficient * (n * n) * shading_ratio(point, to_light, l.z)
+            }
+            None => Rgb::BLACK,
+        }
+    }
+}
+
+/// |ω·n_s| / |ω·n_g|.
+#[inline]
+fn shading_ratio(point: &SurfacePoint, w: Vec3, cos_s: f32) -> f32 {
+    if point.n_g == point.frame.n {
+        return 1.0;
+    }
+    cos_s.abs() / point.n_g.dot(w).abs().max(f32::MIN_POSITIVE)
+}
+
+/// |ω_l·n_s||ω_c·n_g| / (|ω_l·n_g||ω_c·n_s|) (Veach 1997, eq. 5.19).
+#[inline]
+fn adjoint_factor(point: &SurfacePoint, l: Vec3, l_z: f32, c: Vec3, c_z: f32) -> f32 {
+    if point.n_g == point.frame.n {
+        return 1.0;
+    }
+    shading_ratio(point, l, l_z) / shading_ratio(point, c, c_z).max(f32::MIN_POSITIVE)
+}
+
+/// m n_to² |ω_to·n_s|.
+#[inline]
+fn delta_density(ior: f32, mass: Mass, to: Vec3) -> Density<SolidAngle> {
+    let n = ior as f64;
+    Density::new(mass.value() * n * n * to.z.abs() as f64)
+}
+
+#[inline]
+fn survival(uncompressed_weight: f32) -> Mass {
+    Mass::new((uncompressed_weight as f64).clamp(0.0, MAX_SURVIVAL))
+}

@@ -1,0 +1,473 @@
+//! From a description to a scene: validation, normalisation, primitives in order, emitters.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+
+use super::shape::{Face, Mesh, Shape, ShapeKind};
+use super::{NO_EMITTER, Normalisation, Scene, SceneError};
+use crate::bsdf::Bsdf;
+use crate::color::Rgb;
+use crate::description::*;
+use crate::emitter::{Emitter, Emitters};
+use crate::geometry::{Accel, DiskPrim, Primitives, SpherePrim};
+use crate::sensor::Sensor;
+
+/// Largest film: beyond it sums would not fit the memory of a workstation.
+const MAX_FILM_PIXELS: u64 = 1 << 28;
+
+impl Scene {
+    /// Builds a scene: checks every value, normalises to the unit sphere, builds the tree.
+    ///
+    /// # Errors
+    /// One error that names the shape, material, emitter, sensor or film value that is out of range.
+    pub fn new(description: &SceneDescription) -> Result<Scene, SceneError> {
+        check_film(&description.film)?;
+        let mut materials = Vec::with_capacity(description.materials.len());
+        for m in &description.materials {
+            materials.push(Bsdf::new(&m.kind).map_err(|e| SceneError::Material {
+                material: m.name.clone(),
+                problem: e.to_string(),
+            })?);
+        }
+        for s in &description.shapes {
+            check_shape(s, materials.len())?;
+        }
+        let normalisation = normalise(description)?;
+        let sensor = Sensor::new(&description.sensor, &description.film, normalisation)?;
+        let mut builder = Builder { normalisation, ..Builder::default() };
+        for s in &description.shapes {
+            builder.add(s)?;
+        }
+        builder.number_primitives();
+        for (index, e) in description.emitters.iter().enumerate() {
+            builder.add_emitter(index, e)?;
+        }
+        let Builder { primitives, shapes, prim_shape, emitters, power, .. } = builder;
+        let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
+        Ok(Scene {
+            accel,
+            shapes,
+            prim_shape,
+            materials,
+            emitters: Emitters::new(emitters, &power),
+            sensor,
+            film: description.film,
+            normalisation,
+        })
+    }
+}
+
+fn check_film(film: &FilmDescription) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Film { problem });
+    let Crop { x, y, width, height } = film.crop;
+    if film.width == 0 || film.height == 0 {
+        return bad(format!("size {}×{} has no pixel", film.width, film.height));
+    }
+    if film.width as u64 * film.height as u64 > MAX_FILM_PIXELS {
+        return bad(format!("size {}×{} is over 2²⁸ pixels", film.width, film.height));
+    }
+    if width == 0
+        || height == 0
+        || x as u64 + width as u64 > film.width as u64
+        || y as u64 + height as u64 > film.height as u64
+    {
+        return bad(format!(
+            "crop window {width}×{height} at ({x}, {y}) is not within {}×{}",
+            film.width, film.height
+        ));
+    }
+    let positive = match film.filter {
+        FilterKind::Box => true,
+        FilterKind::Tent { radius } => radius > 0.0 && radius <= 64.0,
+        FilterKind::Gaussian { stddev } => stddev > 0.0 && stddev <= 16.0,
+    };
+    if !positive {
+        return bad(format!("filter {:?} has no valid width", film.filter));
+    }
+    Ok(())
+}
+
+fn check_shape(shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
+    let to_world = shape.to_world;
+    if !to_world.is_finite() {
+        return bad("to_world is not finite".into());
+    }
+    let m = to_world.matrix3;
+    // Relative to the lengths of the columns, so that small scenes are not refused.
+    let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    let det = m.determinant();
+    if !(det.abs() > 1e-12 * volume) {
+        // Flat shapes do not need their z axis.
+        let flat = matches!(shape.geometry, ShapeGeometry::Rectangle | ShapeGeometry::Disk);
+        let across = m.x_axis.cross(m.y_axis).length();
+        if !flat || !(across > 1e-12 * m.x_axis.length() * m.y_axis.length()) {
+            return bad(format!("to_world is singular (determinant {det})"));
+        }
+    }
+    if shape.material >= materials {
+        return bad(format!("material {} does not exist", shape.material));
+    }
+    if let Some(e) = shape.emission
+        && !(e.is_finite() && e.r >= 0.0 && e.g >= 0.0 && e.b >= 0.0)
+    {
+        return bad(format!(
+            "radiance {}, {}, {} is not a finite, non-negative colour",
+            e.r, e.g, e.b
+        ));
+    }
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => check_mesh(shape, mesh),
+        ShapeGeometry::Sphere { center, radius } => {
+            if !(*radius > 0.0 && radius.is_finite() && center.is_finite()) {
+                return bad(format!("a sphere of radius {radius} about {center} does not exist"));
+            }
+            let s = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
+            let (lo, hi) = (s[0].min(s[1]).min(s[2]), s[0].max(s[1]).max(s[2]));
+            let skew = m
+                .x_axis
+                .dot(m.y_axis)
+                .abs()
+                .max(m.y_axis.dot(m.z_axis).abs())
+                .max(m.z_axis.dot(m.x_axis).abs());
+            if hi - lo > 1e-4 * hi || skew > 1e-4 * hi * hi {
+                return bad("to_world of a sphere must scale all axes alike".into());
+            }
+            Ok(())
+        }
+        ShapeGeometry::Rectangle | ShapeGeometry::Cube | ShapeGeometry::Disk => Ok(()),
+    }
+}
+
+fn check_mesh(shape: &ShapeDescription, mesh: &MeshData) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
+    let n = mesh.positions.len();
+    if mesh.triangles.is_empty() {
+        return bad("the mesh has no triangle".into());
+    }
+    for (name, len) in [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len())] {
+        if len != 0 && len != n {
+            return bad(format!("{len} {name} for {n} vertices"));
+        }
+    }
+    if let Some(t) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
+        return bad(format!("vertex index {t} in a mesh of {n} vertices"));
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
+        return bad(format!("vertex {i} is not finite"));
+    }
+    if let Some(i) = mesh.normals.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
+        return bad(format!("normal {i} is not finite"));
+    }
+    Ok(())
+}
+
+/// Bounding sphere of shapes, point emitters and the lens.
+fn normalise(description: &SceneDescription) -> Result<Normalisation, SceneError> {
+    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut grow = |p: DVec3| {
+        lo = lo.min(p);
+        hi = hi.max(p);
+    };
+    for_each_bound(description, |p, r| {
+        grow(p - DVec3::splat(r));
+        grow(p + DVec3::splat(r));
+    });
+    let center = (lo + hi) * 0.5;
+    let mut radius = 0.0_f64;
+    for_each_bound(description, |p, r| radius = radius.max((p - center).length() + r));
+    if !center.is_finite() || !radius.is_finite() {
+        return Err(SceneError::Sensor {
+            problem: "the extent of scene and sensor is not finite".into(),
+        });
+    }
+    let radius = if radius > 0.0 { radius } else { 1.0 };
+    Ok(Normalisation { center, scale: 1.0 / radius })
+}
+
+/// Calls `f` with balls whose union holds every finite vertex.
+fn for_each_bound(description: &SceneDescription, mut f: impl FnMut(DVec3, f64)) {
+    f(description.sensor.to_world.translation, description.sensor.aperture_radius);
+    for e in &description.emitters {
+        if let EmitterDescription::Point { position, .. } = e {
+            f(*position, 0.0);
+        }
+    }
+    for s in &description.shapes {
+        let t = &s.to_world;
+        match &s.geometry {
+            ShapeGeometry::Mesh(mesh) => {
+                for p in &mesh.positions {
+                    f(t.transform_point3(position(p)), 0.0);
+                }
+            }
+            ShapeGeometry::Rectangle => {
+                for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                    f(t.transform_point3(DVec3::new(x, y, 0.0)), 0.0);
+                }
+            }
+            ShapeGeometry::Cube => {
+                for corner in 0..8 {
+                    f(t.transform_point3(cube_corner(corner)), 0.0);
+                }
+            }
+            ShapeGeometry::Sphere { center, radius } => {
+                f(t.transform_point3(*center), radius * t.matrix3.x_axis.length());
+            }
+            ShapeGeometry::Disk => {
+                let r = t.matrix3.x_axis.length().max(t.matrix3.y_axis.length());
+                f(t.translation, r);
+            }
+        }
+    }
+}
+
+fn position(p: &[f32; 3]) -> DVec3 {
+    DVec3::new(p[0] as f64, p[1] as f64, p[2] as f64)
+}
+
+/// Corner of [−1,1]³ by the bits of `index`.
+fn cube_corner(index: usize) -> DVec3 {
+    let c = |bit: usize| if index >> bit & 1 == 1 { 1.0 } else { -1.0 };
+    DVec3::new(c(0), c(1), c(2))
+}
+
+/// Corners of each face counter-clockwise from outside, first edge along ∂p/∂u.
+const CUBE_FACES: [[usize; 4]; 6] = [
+    [0, 4, 6, 2], // −x
+    [5, 1, 3, 7], // +x
+    [0, 1, 5, 4], // −y
+    [2, 6, 7, 3], // +y
+    [1, 0, 2, 3], // −z
+    [4, 5, 7, 6], // +z
+];
+
+#[derive(Default)]
+struct Builder {
+    normalisation: Normalisation,
+    primitives: Primitives,
+    shapes: Vec<Shape>,
+    prim_shape: Vec<u32>,
+    emitters: Vec<Emitter>,
+    power: Vec<f64>,
+}
+
+impl Default for Normalisation {
+    fn default() -> Self {
+        Normalisation { center: DVec3::ZERO, scale: 1.0 }
+    }
+}
+
+impl Builder {
+    fn add(&mut self, s: &ShapeDescription) -> Result<(), SceneError> {
+        let n = self.normalisation;
+        // Own space → normalised scene in f64; only the result is rounded.
+        let t = DAffine3::from_scale(DVec3::splat(n.scale))
+            * DAffine3::from_translation(-n.center)
+            * s.to_world;
+        let normal = normal_transform(t.matrix3);
+        let (first, kind, area) = match &s.geometry {
+            ShapeGeometry::Mesh(mesh) => self.mesh(mesh, &t, normal, s.emission.is_some()),
+            ShapeGeometry::Rectangle => self.rectangle(&t),
+            ShapeGeometry::Cube => self.cube(&t, normal),
+            ShapeGeometry::Sphere { center, radius } => self.sphere(&t, *center, *radius),
+            ShapeGeometry::Disk => self.disk(&t),
+        };
+        if !(area > 0.0) {
+            return Err(SceneError::Shape { shape: s.name.clone(), problem: "has no area".into() });
+        }
+        let shape = self.shapes.len() as u32;
+        let emitter = match s.emission {
+            Some(radiance) => {
+                self.emitters.push(Emitter::Area { shape, radiance });
+                self.power.push(radiance.mean() as f64 * PI * area);
+                self.emitters.len() as u32 - 1
+            }
+            None => NO_EMITTER,
+        };
+        self.shapes.push(Shape {
+            name: s.name.clone(),
+            kind,
+            material: s.material as u32,
+            emitter,
+            sign: if s.flip_normals { -1.0 } else { 1.0 },
+            area,
+            first,
+        });
+        Ok(())
+    }
+
+    fn mesh(
+        &mut self,
+        mesh: &MeshData,
+        t: &DAffine3,
+        normal: DMat3,
+        emits: bool,
+    ) -> (u32, ShapeKind, f64) {
+        let first = self.primitives.triangles.len() as u32;
+        let positions: Vec<Vec3> =
+            mesh.positions.iter().map(|p| t.transform_point3(position(p)).as_vec3()).collect();
+        let mut running = 0.0;
+        let mut cdf = Vec::new();
+        for tri in &mesh.triangles {
+            let v = tri.map(|i| positions[i as usize]);
+            let [a, b, c] = v.map(|p| p.as_dvec3());
+            running += 0.5 * (b - a).cross(c - a).length();
+            if emits {
+                cdf.push(running);
+            }
+            self.primitives.triangles.push(v);
+        }
+        for c in &mut cdf {
+            *c /= running;
+        }
+        let normals =
+            mesh.normals.iter().map(|n| (normal * position(n)).normalize_or_zero().as_vec3());
+        let kind = ShapeKind::Mesh(Mesh {
+            triangles: mesh.triangles.clone(),
+            normals: normals.collect(),
+            uvs: mesh.uvs.iter().map(|&uv| Vec2::from(uv)).collect(),
+            cdf,
+        });
+        (first, kind, running)
+    }
+
+    fn quad(&mut self, c: [Vec3; 4]) {
+        self.primitives.triangles.push([c[0], c[1], c[2]]);
+        self.primitives.triangles.push([c[0], c[2], c[3]]);
+    }
+
+    fn rectangle(&mut self, t: &DAffine3) -> (u32, ShapeKind, f64) {
+        let first = self.primitives.triangles.len() as u32;
+        let corner = |x, y| t.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
+        self.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+        let (u, v) = (t.matrix3.x_axis, t.matrix3.y_axis);
+        let n = flat_normal(t);
+        let kind = ShapeKind::Rectangle { n, dp_du: u.as_vec3() };
+        (first, kind, 4.0 * u.cross(v).length())
+    }
+
+    fn cube(&mut self, t: &DAffine3, normal: DMat3) -> (u32, ShapeKind, f64) {
+        let first = self.primitives.triangles.len() as u32;
+        let corners: [Vec3; 8] =
+            std::array::from_fn(|i| t.transform_point3(cube_corner(i)).as_vec3());
+        let mut faces = Box::new([Face::default(); 6]);
+        let mut cdf = [0.0; 6];
+        let mut area = 0.0;
+        for (i, corner) in CUBE_FACES.iter().enumerate() {
+            self.quad(corner.map(|c| corners[c]));
+            let [a, b, _, d] = corner.map(|c| t.transform_point3(cube_corner(c)));
+            area += (b - a).cross(d - a).length();
+            cdf[i] = area;
+            let own: DVec3 = corner.iter().map(|&c| cube_corner(c)).sum::<DVec3>() * 0.25;
+            faces[i] = Face { n: (normal * own).normalize().as_vec3(), dp_du: (b - a).as_vec3() };
+        }
+        (first, ShapeKind::Cube { faces, cdf: cdf.map(|c| c / area) }, area)
+    }
+
+    fn sphere(&mut self, t: &DAffine3, center: DVec3, radius: f64) -> (u32, ShapeKind, f64) {
+        let m = t.matrix3;
+        let scale = (m.x_axis.length() + m.y_axis.length() + m.z_axis.length()) / 3.0;
+        // The tree intersects the rounded sphere: normals and area are those of the same one.
+        let center = t.transform_point3(center).as_vec3();
+        let radius = (radius * scale) as f32;
+        let first = self.primitives.spheres.len() as u32;
+        self.primitives.spheres.push(SpherePrim { center, radius });
+        let axes = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.normalize().as_vec3());
+        let r = radius as f64;
+        let kind = ShapeKind::Sphere { center: center.as_dvec3(), radius: r, axes };
+        (first, kind, 4.0 * PI * r * r)
+    }
+
+    fn disk(&mut self, t: &DAffine3) -> (u32, ShapeKind, f64) {
+        let first = self.primitives.disks.len() as u32;
+        let (u, v) = (t.matrix3.x_axis.as_vec3(), t.matrix3.y_axis.as_vec3());
+        self.primitives.disks.push(DiskPrim { center: t.translation.as_vec3(), u, v });
+        let kind = ShapeKind::Disk { n: flat_normal(t), u, v };
+        (first, kind, PI * t.matrix3.x_axis.cross(t.matrix3.y_axis).length())
+    }
+
+    /// Numbers primitives as the tree does: triangles, then spheres, then disks.
+    fn number_primitives(&mut self) {
+        let triangles = self.primitives.triangles.len() as u32;
+        let spheres = self.primitives.spheres.len() as u32;
+        let total = triangles as usize + spheres as usize + self.primitives.disks.len();
+        self.prim_shape = vec![0; total];
+        for (index, shape) in self.shapes.iter_mut().enumerate() {
+            let count = match &shape.kind {
+                ShapeKind::Mesh(mesh) => mesh.triangles.len() as u32,
+                ShapeKind::Rectangle { .. } => 2,
+                ShapeKind::Cube { .. } => 12,
+                ShapeKind::Sphere { .. } => {
+                    shape.first += triangles;
+                    1
+                }
+                ShapeKind::Disk { .. } => {
+                    shape.first += triangles + spheres;
+                    1
+                }
+            };
+            let range = shape.first as usize..(shape.first + count) as usize;
+            self.prim_shape[range].fill(index as u32);
+        }
+    }
+
+    fn add_emitter(&mut self, index: usize, e: &EmitterDescription) -> Result<(), SceneError> {
+        let bad = |problem: &str| Err(SceneError::Emitter { index, problem: problem.into() });
+        let scale = self.normalisation.scale;
+        let colour_ok = |c: Rgb| c.is_finite() && c.r >= 0.0 && c.g >= 0.0 && c.b >= 0.0;
+        let disk = PI * (super::SCENE_RADIUS as f64).powi(2);
+        let (emitter, power) = match *e {
+            EmitterDescription::Point { position, intensity } => {
+                if !position.is_finite() || !colour_ok(intensity) {
+                    return bad(
+                        "position or intensity of the point light is not finite and non-negative",
+                    );
+                }
+                let position = ((position - self.normalisation.center) * scale).as_vec3();
+                let intensity = intensity * (scale * scale) as f32;
+                (Emitter::Point { position, intensity }, 4.0 * PI * intensity.mean() as f64)
+            }
+            EmitterDescription::Directional { direction, irradiance } => {
+                let to = -direction.normalize_or_zero();
+                if to == DVec3::ZERO || !to.is_finite() || !colour_ok(irradiance) {
+                    return bad("direction or irradiance of the directional light is not finite");
+                }
+                let to = to.as_vec3();
+                (Emitter::Directional { to, irradiance }, disk * irradiance.mean() as f64)
+            }
+            EmitterDescription::Constant { radiance } => {
+                if !colour_ok(radiance) {
+                    return bad("radiance of the environment is not finite and non-negative");
+                }
+                if self.emitters.iter().any(|e| matches!(e, Emitter::Constant { .. })) {
+                    return bad("a scene has one environment only");
+                }
+                (Emitter::Constant { radiance }, 4.0 * PI * disk * radiance.mean() as f64)
+            }
+        };
+        self.emitters.push(emitter);
+        self.power.push(power);
+        Ok(())
+    }
+}
+
+/// Cofactor matrix: transforms normals, and keeps the side for mirrored transforms up to its sign.
+fn normal_transform(m: DMat3) -> DMat3 {
+    let det = m.determinant().signum();
+    DMat3::from_cols(
+        m.y_axis.cross(m.z_axis) * det,
+        m.z_axis.cross(m.x_axis) * det,
+        m.x_axis.cross(m.y_axis) * det,
+    )
+}
+
+/// Normal of rectangles and disks: the transformed +z, which does not need an invertible z axis.
+fn flat_normal(t: &DAffine3) -> Vec3 {
+    let m = t.matrix3;
+    let n = m.x_axis.cross(m.y_axis).normalize();
+    // A mirror in the plane turns the cross product but not the side that +z is mapped to.
+    let side = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    (n * side).as_vec3()
+}

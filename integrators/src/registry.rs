@@ -1,0 +1,83 @@
+//! The open set of integrators by name.
+
+use pathspace_core::integrator::Integrator;
+
+use crate::lt::{self, LightTracer};
+use crate::pt::{self, PathTracer};
+use crate::spec::{Defaults, Spec, SpecError};
+
+/// Builds an integrator from its options.
+pub type Factory =
+    Box<dyn Fn(&Spec, &Defaults) -> Result<Box<dyn Integrator>, SpecError> + Send + Sync>;
+
+struct Entry {
+    name: String,
+    summary: String,
+    factory: Factory,
+}
+
+/// Integrators by name. A plug-in adds one with [`Registry::with`].
+#[derive(Default)]
+pub struct Registry {
+    entries: Vec<Entry>,
+}
+
+impl Registry {
+    /// A registry without integrators.
+    pub fn empty() -> Self {
+        Registry::default()
+    }
+
+    /// The integrators of this crate.
+    pub fn builtin() -> Self {
+        Registry::empty()
+            .with(pt::NAME, "path tracing with next-event estimation", |spec, defaults| {
+                Ok(Box::new(PathTracer::from_spec(spec, defaults)?))
+            })
+            .with(lt::NAME, "light tracing onto the film", |spec, defaults| {
+                Ok(Box::new(LightTracer::from_spec(spec, defaults)?))
+            })
+    }
+
+    /// Adds an integrator, or replaces the one of that name.
+    pub fn with(
+        mut self,
+        name: &str,
+        summary: &str,
+        factory: impl Fn(&Spec, &Defaults) -> Result<Box<dyn Integrator>, SpecError>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        self.entries.retain(|e| e.name != name);
+        self.entries.push(Entry {
+            name: name.to_owned(),
+            summary: summary.to_owned(),
+            factory: Box::new(factory),
+        });
+        self
+    }
+
+    /// Names and one-line summaries in order.
+    pub fn list(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.entries.iter().map(|e| (e.name.as_str(), e.summary.as_str()))
+    }
+
+    /// Builds the integrator that a spec names.
+    ///
+    /// # Errors
+    /// Where the name or an option is unknown, or a value out of range.
+    pub fn create(
+        &self,
+        spec: &Spec,
+        defaults: &Defaults,
+    ) -> Result<Box<dyn Integrator>, SpecError> {
+        let entry = self.entries.iter().find(|e| e.name == spec.name).ok_or_else(|| {
+            SpecError::UnknownIntegrator {
+                name: spec.name.clone(),
+                known: self.list().map(|(name, _)| name).collect::<Vec<_>>().join(", "),
+            }
+        })?;
+        (entry.factory)(spec, defaults)
+    }
+}

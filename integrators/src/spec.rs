@@ -1,0 +1,257 @@
+//! Integrators by text: `pt:nee=false,max_depth=5`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use pathspace_core::mis::Heuristic;
+use pathspace_core::path::WalkRules;
+
+/// Name of an integrator with its options, as on the command line: `NAME[:key=value,…]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Spec {
+    /// Name in the registry.
+    pub name: String,
+    options: Vec<(String, String)>,
+}
+
+/// What a scene file says about how it wants to be rendered; options override it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Defaults {
+    /// Length cap and roulette.
+    pub rules: WalkRules,
+}
+
+/// Why a spec names no integrator.
+#[derive(Debug, thiserror::Error, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SpecError {
+    /// No integrator of this name.
+    #[error("unknown integrator '{name}' (known: {known})")]
+    UnknownIntegrator {
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The integrator has no such option.
+    #[error("{integrator} has no option '{option}' (known: {known})")]
+    UnknownOption {
+        /// The integrator.
+        integrator: String,
+        /// The option.
+        option: String,
+        /// The options there are.
+        known: String,
+    },
+    /// The value is not one of the option.
+    #[error("{integrator}: {option}={value}: expected {expected}")]
+    BadValue {
+        /// The integrator.
+        integrator: String,
+        /// The option.
+        option: String,
+        /// The value.
+        value: String,
+        /// What it should have been.
+        expected: String,
+    },
+    /// Not of the form `NAME[:key=value,…]`.
+    #[error("'{text}' is not NAME[:key=value,…]")]
+    Syntax {
+        /// The text.
+        text: String,
+    },
+}
+
+impl FromStr for Spec {
+    type Err = SpecError;
+
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        let bad = || SpecError::Syntax { text: text.to_owned() };
+        let (name, rest) = match text.split_once(':') {
+            Some((name, rest)) => (name, Some(rest)),
+            None => (text, None),
+        };
+        if name.is_empty() || name.contains([',', '=']) {
+            return Err(bad());
+        }
+        let mut options: Vec<(String, String)> = Vec::new();
+        for item in rest.into_iter().flat_map(|r| r.split(',')) {
+            let (key, value) = item.split_once('=').ok_or_else(bad)?;
+            if key.is_empty() || value.is_empty() || options.iter().any(|(k, _)| k == key) {
+                return Err(bad());
+            }
+            options.push((key.to_owned(), value.to_owned()));
+        }
+        Ok(Spec { name: name.to_owned(), options })
+    }
+}
+
+impl fmt::Display for Spec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        for (i, (key, value)) in self.options.iter().enumerate() {
+            write!(f, "{}{key}={value}", if i == 0 { ':' } else { ',' })?;
+        }
+        Ok(())
+    }
+}
+
+impl Spec {
+    /// Reads the options one by one; [`Options::finish`] refuses what is left.
+    pub fn options(&self) -> Options<'_> {
+        Options { spec: self, asked: Vec::new() }
+    }
+}
+
+/// The options of a [`Spec`] as an integrator reads them.
+#[derive(Debug)]
+pub struct Options<'a> {
+    spec: &'a Spec,
+    asked: Vec<&'static str>,
+}
+
+impl<'a> Options<'a> {
+    fn raw(&mut self, key: &'static str) -> Option<&'a str> {
+        self.asked.push(key);
+        self.spec.options.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+    }
+
+    fn bad(&self, key: &str, value: &str, expected: &str) -> SpecError {
+        SpecError::BadValue {
+            integrator: self.spec.name.clone(),
+            option: key.to_owned(),
+            value: value.to_owned(),
+            expected: expected.to_owned(),
+        }
+    }
+
+    /// `true` or `false`.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`] for anything else.
+    pub fn boolean(&mut self, key: &'static str, default: bool) -> Result<bool, SpecError> {
+        match self.raw(key) {
+            None => Ok(default),
+            Some("true") => Ok(true),
+            Some("false") => Ok(false),
+            Some(value) => Err(self.bad(key, value, "true or false")),
+        }
+    }
+
+    /// A number in a range.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`] for what is no number or outside.
+    pub fn number(
+        &mut self,
+        key: &'static str,
+        default: f64,
+        range: std::ops::RangeInclusive<f64>,
+    ) -> Result<f64, SpecError> {
+        let Some(value) = self.raw(key) else { return Ok(default) };
+        value.parse().ok().filter(|v| range.contains(v)).ok_or_else(|| {
+            let expected = format!("a number from {} to {}", range.start(), range.end());
+            self.bad(key, value, &expected)
+        })
+    }
+
+    /// An integer; −1 where `default` may be `None`.
+    fn depth(
+        &mut self,
+        key: &'static str,
+        default: Option<u32>,
+        unlimited: bool,
+    ) -> Result<Option<u32>, SpecError> {
+        let Some(value) = self.raw(key) else { return Ok(default) };
+        match value.parse::<i64>() {
+            Ok(-1) if unlimited => Ok(None),
+            Ok(n) if (0..=u16::MAX as i64 / 2).contains(&n) => Ok(Some(n as u32)),
+            _ => {
+                let expected = if unlimited {
+                    "−1 (unlimited) or a small integer ≥ 0"
+                } else {
+                    "a small integer ≥ 0"
+                };
+                Err(self.bad(key, value, expected))
+            }
+        }
+    }
+
+    /// `max_depth` (edges of the longest path, −1 unlimited) and `rr_depth`, in Mitsuba's meaning.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn walk_rules(&mut self, defaults: &Defaults) -> Result<WalkRules, SpecError> {
+        let rules = defaults.rules;
+        Ok(WalkRules {
+            max_length: self.depth("max_depth", rules.max_length, true)?,
+            rr_depth: self
+                .depth("rr_depth", Some(rules.rr_depth), false)?
+                .unwrap_or(rules.rr_depth),
+        })
+    }
+
+    /// `heuristic` = balance, power (with `beta`), cutoff (with `alpha`), maximum, uniform.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn heuristic(&mut self, default: Heuristic) -> Result<Heuristic, SpecError> {
+        let beta = self.number("beta", 2.0, 1.0..=64.0)?;
+        let alpha = self.number("alpha", 0.01, 0.0..=1.0)?;
+        match self.raw("heuristic") {
+            None => Ok(default),
+            Some("balance") => Ok(Heuristic::Balance),
+            Some("power") => Ok(Heuristic::Power { beta }),
+            Some("cutoff") => Ok(Heuristic::Cutoff { alpha }),
+            Some("maximum") => Ok(Heuristic::Maximum),
+            Some("uniform") => Ok(Heuristic::Uniform),
+            Some(value) => {
+                Err(self.bad("heuristic", value, "balance, power, cutoff, maximum or uniform"))
+            }
+        }
+    }
+
+    /// Ends the reading.
+    ///
+    /// # Errors
+    /// [`SpecError::UnknownOption`] for an option that nobody asked for.
+    pub fn finish(self) -> Result<(), SpecError> {
+        match self.spec.options.iter().find(|(k, _)| !self.asked.contains(&k.as_str())) {
+            None => Ok(()),
+            Some((key, _)) => Err(SpecError::UnknownOption {
+                integrator: self.spec.name.clone(),
+                option: key.clone(),
+                known: self.asked.join(", "),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn specs_survive_a_round_trip() {
+        for text in ["pt", "pt:nee=false", "bdpt:heuristic=power,beta=2"] {
+            assert_eq!(text.parse::<Spec>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn malformed_specs_are_refused() {
+        for text in ["", ":a=b", "pt:", "pt:nee", "pt:nee=", "pt:=1", "pt:a=1,a=2", "a=b"] {
+            assert!(text.parse::<Spec>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn unknown_options_are_named_with_the_known_ones() {
+        let spec: Spec = "pt:nee=true,colour=red".parse().unwrap();
+        let mut options = spec.options();
+        options.boolean("nee", false).unwrap();
+        let error = options.finish().unwrap_err().to_string();
+        assert_eq!(error, "pt has no option 'colour' (known: nee)");
+    }
+}
