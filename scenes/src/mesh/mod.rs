@@ -1,0 +1,24 @@
+//! Triangle meshes: OBJ and PLY files, vertex normals, and what is mended on the way.
+
+mod finish;
+mod normals;
+mod obj;
+mod ply;
+
+pub(crate) use finish::{Options, finish};
+pub(crate) use obj::read_obj;
+pub(crate) use ply::read_ply;
+
+/// A mesh as the file gives it; polygons are triangulated as fans.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct RawMesh {
+    pub(crate) positions: Vec<[f32; 3]>,
+    /// Empty, or one for each position; not normalised.
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// Empty, or one for each position.
+    pub(crate) uvs: Vec<[f32; 2]>,
+    /// Indices below the number of positions.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// What was odd about the file, one line each.
+    pub(crate) notes: Vec<String>,
+}

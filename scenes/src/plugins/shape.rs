@@ -1,0 +1,149 @@
+//! Surfaces.
+//!
+//! How normals, flips and mirrored transforms act is Mitsuba 3.9.1's, measured by rays against
+//! every shape (side that emits, front of the bsdf):
+//!
+//! - rectangle, cube, disk: the normal is transformed as a normal (inverse transpose), also where
+//!   `to_world` mirrors;
+//! - sphere: outward, but inward where `to_world` mirrors;
+//! - meshes with vertex normals from the file: the side of the transformed vertex normals;
+//! - meshes with computed normals or `face_normals`: the side from which the transformed
+//!   triangle is counter-clockwise, so a mirrored mesh is turned inside out;
+//! - `flip_normals` turns all of them round.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use pathspace_core::Rgb;
+use pathspace_core::description::{MaterialKind, ShapeDescription, ShapeGeometry};
+
+use super::props::Props;
+use super::{Context, emitter, unknown_plugin};
+use crate::error::{Result, SceneFileError};
+use crate::mesh::{self, RawMesh};
+
+/// Types that are understood.
+const KNOWN: [&str; 6] = ["cube", "disk", "obj", "ply", "rectangle", "sphere"];
+
+/// A shape and how its material is given.
+pub(super) struct Shape {
+    pub(super) description: ShapeDescription,
+    pub(super) material: Material,
+}
+
+/// Material of a shape.
+pub(super) enum Material {
+    /// The bsdf with this index.
+    Object(usize),
+    /// None is given.
+    Default(MaterialKind),
+}
+
+/// Reads the shape with this index.
+pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Shape> {
+    let object = &context.graph.objects[index];
+    let mut props = Props::new(context.graph, object);
+    let to_world = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let mut flip_normals = props.boolean("flip_normals")?.unwrap_or(false);
+    let geometry = match object.plugin.as_str() {
+        plain @ ("rectangle" | "cube") => {
+            // Both are flat already.
+            props.boolean("face_normals")?;
+            if plain == "cube" { ShapeGeometry::Cube } else { ShapeGeometry::Rectangle }
+        }
+        "disk" => ShapeGeometry::Disk,
+        "sphere" => {
+            flip_normals ^= to_world.matrix3.determinant() < 0.0;
+            sphere(&mut props, &to_world)?
+        }
+        "obj" | "ply" => mesh_file(context, &mut props, &to_world)?,
+        _ => return Err(unknown_plugin(object, &KNOWN)),
+    };
+    let emission = match props.nested_one("emitter")? {
+        Some(index) => Some(emitter::read_area(context, index)?),
+        None => None,
+    };
+    let material = match props.nested_one("bsdf")? {
+        Some(index) => Material::Object(index),
+        // Mitsuba's default is grey 0.5, but black under an emitter.
+        None => {
+            let reflectance = Rgb::grey(if emission.is_some() { 0.0 } else { 0.5 });
+            Material::Default(MaterialKind::Diffuse { reflectance })
+        }
+    };
+    props.finish()?;
+    let name = match &object.id {
+        Some(id) => id.clone(),
+        None => format!("{} (line {})", object.plugin, object.place.line),
+    };
+    let description =
+        ShapeDescription { name, geometry, to_world, flip_normals, material: 0, emission };
+    Ok(Shape { description, material })
+}
+
+/// `center` and `radius`; the transform may not stretch it.
+fn sphere(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
+    let center = props.vector("center")?.unwrap_or(DVec3::ZERO);
+    let radius = props.positive("radius")?.unwrap_or(1.0);
+    let m = to_world.matrix3;
+    let gram = m.transpose() * m;
+    let scale2 = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let off = (gram - glam::DMat3::from_diagonal(DVec3::splat(scale2))).to_cols_array();
+    if off.iter().any(|v| v.abs() > 1e-3 * scale2) {
+        return Err(props.refuse("to_world", "a uniform scale, as a sphere needs"));
+    }
+    Ok(ShapeGeometry::Sphere { center, radius })
+}
+
+fn mesh_file(
+    context: &mut Context<'_>,
+    props: &mut Props<'_>,
+    to_world: &DAffine3,
+) -> Result<ShapeGeometry> {
+    let Some(name) = props.string("filename")? else {
+        return Err(props.error("needs the property \"filename\""));
+    };
+    let is_obj = props.object.plugin == "obj";
+    let face_normals = props.boolean("face_normals")?.unwrap_or(false);
+    // OBJ files have v upwards; Mitsuba turns it by default for OBJ and not for PLY.
+    let flip_v = props.boolean("flip_tex_coords")?.unwrap_or(is_obj);
+    if props.object.old {
+        // Vertices at an angle larger than this are split in Mitsuba 0.5.
+        if props.has("max_smooth_angle") {
+            props.float("max_smooth_angle")?;
+            return Err(props.refuse("max_smooth_angle", "understood"));
+        }
+        props.ignore(context, &["collapse"], "each element makes one mesh");
+    }
+    let raw = read_mesh(context, props, name, is_obj)?;
+    let mut notes = Vec::new();
+    let options = mesh::Options { face_normals, flip_v };
+    let data = mesh::finish(&raw, to_world, &options, &mut notes).map_err(|reason| {
+        let reason = format!("mesh \"{name}\": {reason}");
+        SceneFileError::Mesh { place: props.place().clone(), reason }
+    })?;
+    for note in notes {
+        context.warn(&format!("mesh \"{name}\": {note}"), props.place());
+    }
+    Ok(ShapeGeometry::Mesh(Arc::new(data)))
+}
+
+fn read_mesh(
+    context: &mut Context<'_>,
+    props: &Props<'_>,
+    name: &str,
+    is_obj: bool,
+) -> Result<Arc<RawMesh>> {
+    let path = context.files.resolve(name);
+    if let Some(mesh) = context.meshes.get(&path) {
+        return Ok(mesh.clone());
+    }
+    let bytes = context.files.read(&path, props.place())?;
+    context.files.hash(&bytes);
+    let file = Path::new(&path).display().to_string();
+    let raw = if is_obj { mesh::read_obj(bytes, &file)? } else { mesh::read_ply(&bytes, &file)? };
+    let raw = Arc::new(raw);
+    context.meshes.insert(path, raw.clone());
+    Ok(raw)
+}

@@ -1,0 +1,13 @@
+//! Mitsuba's XML: elements, parameters, includes, ids and the upgrade of old files.
+
+mod element;
+pub(crate) mod graph;
+mod params;
+mod parse;
+mod transform;
+mod upgrade;
+pub(crate) mod value;
+
+pub(crate) use graph::{Graph, Object, Property};
+pub(crate) use params::Parameters;
+pub(crate) use parse::{Files, parse_scene};
