@@ -40,22 +40,29 @@ pub struct ShapeDescription {
 }
 
 /// A surface in its own space.
+///
+/// Where `to_world` mirrors (negative determinant): the analytic shapes keep their side, their normal
+/// is transformed by the inverse transpose; a mesh takes the side from which the *transformed* triangle
+/// is counter-clockwise. A reader whose format means something else sets
+/// [`ShapeDescription::flip_normals`] or reverses triangles.
 #[derive(Clone, Debug)]
 pub enum ShapeGeometry {
     /// Triangles.
     Mesh(Arc<MeshData>),
     /// The square [−1,1]² at z = 0, normal +z, ∂p/∂u along +x.
     Rectangle,
-    /// The box [−1,1]³ with outward normals.
+    /// The box [−1,1]³ with outward normals. ∂p/∂u is along ±y on the faces ±x and ±z, along x on
+    /// the face +y and along z on the face −y (as in Mitsuba 3.9).
     Cube,
-    /// Sphere with outward normals. `to_world` may rotate, translate and scale uniformly only.
+    /// Sphere with outward normals, ∂p/∂u along (−y, x, 0) from the centre. `to_world` may rotate,
+    /// mirror, translate and scale uniformly only.
     Sphere {
         /// Centre.
         center: DVec3,
         /// Radius > 0.
         radius: f64,
     },
-    /// The unit disk at z = 0, normal +z.
+    /// The unit disk at z = 0, normal +z, ∂p/∂u radial.
     Disk,
 }
 
@@ -67,7 +74,7 @@ pub struct MeshData {
     /// Shading normals per vertex: empty (faceted) or as many as positions; unit length.
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates per vertex: empty or as many as positions. Only the direction of
-    /// ∂p/∂u matters (anisotropic roughness).
+    /// ∂p/∂u matters (anisotropic roughness). Where empty, it is along the triangle's first edge.
     pub uvs: Vec<[f32; 2]>,
     /// Vertex indices, counter-clockwise seen from the side the normal points to.
     pub triangles: Vec<[u32; 3]>,

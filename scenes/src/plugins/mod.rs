@@ -35,7 +35,8 @@ pub(crate) struct Context<'a> {
 
 impl<'a> Context<'a> {
     pub(crate) fn new(graph: &'a Graph, files: Files<'a>) -> Self {
-        let (warnings, warned, meshes) = (Vec::new(), BTreeSet::new(), HashMap::new());
+        let warnings = graph.notes.clone();
+        let (warned, meshes) = (BTreeSet::new(), HashMap::new());
         Context { graph, files, warnings, warned, meshes }
     }
 

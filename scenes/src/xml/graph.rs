@@ -44,6 +44,8 @@ pub(crate) struct Property {
 pub(crate) struct Graph {
     pub(crate) objects: Vec<Object>,
     pub(crate) ids: HashMap<String, usize>,
+    /// Warnings that arose while reading the elements.
+    pub(crate) notes: Vec<String>,
 }
 
 impl Graph {

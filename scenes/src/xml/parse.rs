@@ -441,7 +441,7 @@ impl Reader<'_, '_> {
                 }
                 parts.push(self.element(child, context)?);
             }
-            Value::Transform(transform::compose(&parts, context.old, place)?)
+            Value::Transform(transform::compose(&parts, context.old, place, &mut self.graph.notes)?)
         } else if spatial && element.get("value").is_none() {
             let c =
                 |n: &str| value::number(place, &what, element.need(n, &["name", "x", "y", "z"])?);
