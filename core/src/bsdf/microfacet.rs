@@ -20,8 +20,11 @@ pub const MIN_ALPHA: f32 = 1e-4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacet {
     kind: MicrofacetKind,
-    alpha: Vec2,
     sample_visible: bool,
+    alpha: Vec2,
+    inverse_alpha: Vec2,
+    /// 1/(π α_u α_v).
+    peak: f32,
 }
 
 impl Microfacet {
@@ -29,7 +32,8 @@ impl Microfacet {
     /// [`MIN_ALPHA`].
     pub fn new(kind: MicrofacetKind, alpha_u: f32, alpha_v: f32, sample_visible: bool) -> Self {
         let alpha = Vec2::new(alpha_u, alpha_v).max(Vec2::splat(MIN_ALPHA));
-        Microfacet { kind, alpha, sample_visible }
+        let peak = FRAC_1_PI / (alpha.x * alpha.y);
+        Microfacet { kind, sample_visible, alpha, inverse_alpha: alpha.recip(), peak }
     }
 
     /// True where [`Microfacet::sample`] draws visible normals.
@@ -50,17 +54,16 @@ impl Microfacet {
     #[inline]
     pub fn d(&self, m: Vec3) -> f32 {
         let z2 = m.z * m.z;
-        let r2 = (m.truncate() / self.alpha).length_squared();
-        let scale = FRAC_1_PI / (self.alpha.x * self.alpha.y);
+        let r2 = (m.truncate() * self.inverse_alpha).length_squared();
         match self.kind {
             MicrofacetKind::Beckmann => {
                 let t2 = r2 / z2;
                 // exp(−t²) underflows beyond; the test also keeps 0/0 out.
-                if t2 < 87.0 { (-t2).exp() * scale / (z2 * z2) } else { 0.0 }
+                if t2 < 87.0 { (-t2).exp() * self.peak / (z2 * z2) } else { 0.0 }
             }
             MicrofacetKind::Ggx => {
                 let q = z2 + r2;
-                scale / (q * q)
+                self.peak / (q * q)
             }
         }
     }

@@ -213,7 +213,7 @@ impl Bsdf {
         }
     }
 
-    /// Samples a direction: `u_lobe` in [0,1) chooses the lobe, `u` in [0,1)² the direction in it.
+    /// Samples a direction: `u_lobe` in \[0, 1) chooses the lobe, `u` in \[0, 1)² the direction in it.
     /// `None` where nothing is scattered (behind an opaque model) or the sampled direction falls
     /// below the surface; such samples count, with value 0.
     #[inline]
