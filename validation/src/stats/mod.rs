@@ -6,8 +6,12 @@
 //! | … in every one of ≤ 50 signed cells at once? | [`ReplicateSet`], [`compare()`], [`holm`] |
 //! | … in hundreds of correlated tiles? | [`max_t()`], after [`merge_tiles`] |
 //! | May a t-test be trusted here? | [`effective_count`], [`pareto_khat`] |
+//! | … and where it may not? | [`bounded`] |
 //! | What bias would have been seen? | [`minimum_detectable_bias`] |
 //! | What does the test say in one word? | [`Verdict`], [`decide()`] |
+//! | May I stop rendering replicates now? | [`Sequential`], [`GandyScott`] |
+//! | Has a Markov chain mixed? (reports only) | [`geyer_time`], [`batch_means`], [`rank_rhat`] |
+//! | What do many results say together? | [`p_histogram`], [`geometric_mean`], [`binomial_interval`] |
 //! | How large is the error of an image? | [`error`] |
 //! | … and at what cost? | [`efficiency()`], [`efficiency_ratio`], [`log_log_slope`] |
 //!
@@ -17,22 +21,29 @@
 //!
 //! Everything that draws random numbers takes a seed and gives the same answer for any number of threads.
 
+pub mod bounded;
+mod chains;
 mod compare;
 mod decide;
 mod dist;
 mod efficiency;
 pub mod error;
 mod fault;
+mod gandy_scott;
 mod max_t;
 mod moments;
 mod multiple;
 mod pareto;
 mod replicates;
+mod rhat;
+mod sequential;
+mod summary;
 #[cfg(test)]
 mod testing;
 mod tiles;
 mod welch;
 
+pub use chains::{BatchMeans, CorrelationTime, batch_means, geyer_time, sokal_time};
 pub use compare::{CellReport, CompareConfig, PairReport, compare, compare_exact};
 pub use decide::{Claim, Gates, Reason, Rule, Verdict, decide};
 pub use dist::{
@@ -40,11 +51,15 @@ pub use dist::{
 };
 pub use efficiency::{Estimate, efficiency, efficiency_ratio, log_log_slope};
 pub use fault::StatsError;
+pub use gandy_scott::{GandyScott, Round};
 pub use max_t::{MaxT, PermutationConfig, Statistic, max_t};
 pub use moments::Moments;
 pub use multiple::{benjamini_hochberg, holm};
 pub use pareto::{fit_pareto, pareto_khat, pareto_khat_of_tail, tail_size};
 pub use replicates::{Cell, ReplicateSet};
+pub use rhat::{bulk_ess, multi_chain_ess, rank_rhat, split_rhat};
+pub use sequential::{Decision, PairedT, Sequential, SequentialConfig};
+pub use summary::{PHistogram, geometric_mean, p_histogram};
 pub use tiles::{TilePartition, TileSums, effective_count, merge_tiles};
 pub use welch::{
     MDB_ALPHA, MDB_POWER, Welch, minimum_detectable_bias, one_sample, one_sample_within, welch,
