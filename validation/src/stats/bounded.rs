@@ -1,8 +1,8 @@
 //! Bounded test functions on path space, for scenes whose tails are too heavy for a t-test.
 //!
-//! All unbiased estimators agree on ∫ f g dμ for any g(x̄) ∈ \[0, 1\]. With g = 1 where f(x̄) ≤ C·p(x̄) for the densities p of
-//! *both* arms, every contribution f g/p lies in \[0, C\], nothing is biased, and what g leaves out,
-//! ∫ f (1−g) dμ, is reported with its interval.
+//! All unbiased estimators agree on ∫ f g dμ for any g(x̄) ∈ \[0, 1\]. With g = 1 where f(x̄) ≤
+//! C·p(x̄) for the densities p of *both* arms, every contribution f g/p lies in \[0, C\], nothing
+//! is biased, and what g leaves out, ∫ f (1−g) dμ, is reported with its interval.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +13,9 @@ use super::moments::Moments;
 
 /// Whether g(x̄) = 1: `contribution` f(x̄) is at most `bound`·p(x̄) for every density.
 ///
-/// The densities are those of the whole path under every arm that is compared (the sum over techniques for an arm
-/// with MIS), from the f64 oracle, so that all arms ask the same g. A NaN is left out. `bound` has the unit of f/p.
+/// The densities are those of the whole path under every arm that is compared (the sum over
+/// techniques for an arm with MIS), from the f64 oracle, so that all arms ask the same g. A NaN is
+/// left out. `bound` has the unit of f/p.
 pub fn keeps(contribution: f64, densities: &[f64], bound: f64) -> bool {
     densities.iter().all(|p| contribution <= bound * p)
 }
@@ -44,7 +45,8 @@ impl BoundedSums {
         }
     }
 
-    /// Estimate of ∫ f g dμ, the row entry of a [`ReplicateSet`](super::ReplicateSet); 0 without samples.
+    /// Estimate of ∫ f g dμ, the row entry of a [`ReplicateSet`](super::ReplicateSet); 0 without
+    /// samples.
     pub fn kept_mean(&self) -> f64 {
         self.kept / self.samples.max(1) as f64
     }
@@ -62,8 +64,9 @@ impl BoundedSums {
 
 /// Mean of replicate means with its Student interval, for the left-out mass.
 ///
-/// Ȳ ± t_{1−α/2, K−1}·s/√K. The left-out part is the heavy-tailed one, so that the interval says how much was seen, not
-/// how much there may be. Fails on fewer than 2 values, non-finite ones and a confidence outside (0, 1).
+/// Ȳ ± t_{1−α/2, K−1}·s/√K. The left-out part is the heavy-tailed one, so that the interval says
+/// how much was seen, not how much there may be. Fails on fewer than 2 values, non-finite ones and
+/// a confidence outside (0, 1).
 pub fn mean_interval(replicates: &[f64], confidence: f64) -> Result<Estimate, StatsError> {
     open_unit("confidence", confidence)?;
     let m = Moments::of(replicates)?;
@@ -72,11 +75,12 @@ pub fn mean_interval(replicates: &[f64], confidence: f64) -> Result<Estimate, St
     Ok(Estimate { value: m.mean, low: m.mean - half, high: m.mean + half })
 }
 
-/// Interval for the mean of independent values in \[0, `bound`\] that holds for every n, without normality.
+/// Interval for the mean of independent values in \[0, `bound`\] that holds for every n, without
+/// normality.
 ///
-/// The empirical Bernstein bound of Maurer & Pontil (2009), theorem 4, on both sides:
-/// x̄ ± (√(2 s² ln(4/α)/n) + 7 C ln(4/α)/(3(n−1))), α = 1 − `confidence`. `values` are the f g/p of independent samples,
-/// zeros included. Fails on fewer than 2 values and on one outside \[0, bound\].
+/// The empirical Bernstein bound of Maurer & Pontil (2009), theorem 4, on both sides: x̄ ± (√(2 s²
+/// ln(4/α)/n) + 7 C ln(4/α)/(3(n−1))), α = 1 − `confidence`. `values` are the f g/p of independent
+/// samples, zeros included. Fails on fewer than 2 values and on one outside \[0, bound\].
 pub fn bernstein_interval(
     values: &[f64],
     bound: f64,
@@ -118,8 +122,8 @@ mod tests {
         assert_eq!(sums.n_eff(), 1.6);
     }
 
-    /// f(x) = x^{-0.8} on (0, 1), ∫f = 5. Arm "uniform" has p = 1 and infinite variance, arm "fitted" p ∝ x^{-0.7}.
-    /// Kept: f ≤ 10 p for both.
+    /// f(x) = x^{-0.8} on (0, 1), ∫f = 5. Arm "uniform" has p = 1 and infinite variance, arm
+    /// "fitted" p ∝ x^{-0.7}. Kept: f ≤ 10 p for both.
     fn replicate(source: &mut Source, uniform: bool, samples: u64) -> BoundedSums {
         let density = |x: f64| [1.0, 0.3 * x.powf(-0.7)];
         let mut sums = BoundedSums::default();

@@ -20,8 +20,9 @@ pub struct CorrelationTime {
 
 /// τ by the initial monotone positive sequence of Geyer (1992), section 3.3.
 ///
-/// Sums Γ_m = ρ_{2m}+ρ_{2m+1} while they are positive, each held to the smallest before it; for reversible chains
-/// the true Γ are positive and falling. Work is n times the window. Fails on fewer than 4 values and on non-finite ones.
+/// Sums Γ_m = ρ_{2m}+ρ_{2m+1} while they are positive, each held to the smallest before it; for
+/// reversible chains the true Γ are positive and falling. Work is n times the window. Fails on
+/// fewer than 4 values and on non-finite ones.
 pub fn geyer_time(chain: &[f64]) -> Result<CorrelationTime, StatsError> {
     let centred = Centred::of(chain)?;
     if centred.variance == 0.0 {
@@ -40,7 +41,8 @@ pub fn geyer_time(chain: &[f64]) -> Result<CorrelationTime, StatsError> {
     Ok(centred.report(2.0 * sum - 1.0, (2 * m).saturating_sub(1)))
 }
 
-/// τ by the self-consistent window of Sokal (1989): the smallest M ≥ c·τ(M), τ(M) = 1 + 2Σ_{k≤M} ρ_k.
+/// τ by the self-consistent window of Sokal (1989): the smallest M ≥ c·τ(M), τ(M) = 1 + 2Σ_{k≤M}
+/// ρ_k.
 ///
 /// `c` is about 5. Needs n ≫ τ to be trusted; fails as [`geyer_time`] does, and on c ≤ 0.
 pub fn sokal_time(chain: &[f64], c: f64) -> Result<CorrelationTime, StatsError> {
@@ -109,8 +111,8 @@ pub struct BatchMeans {
 
 /// Non-overlapping batch means (Conway 1963); the remainder at the start of the chain is left out.
 ///
-/// The error is right once a batch is many correlation times long. √n batches is a usual number. Fails on fewer than 2
-/// batches, on fewer steps than batches and on non-finite values.
+/// The error is right once a batch is many correlation times long. √n batches is a usual number.
+/// Fails on fewer than 2 batches, on fewer steps than batches and on non-finite values.
 pub fn batch_means(chain: &[f64], batches: usize) -> Result<BatchMeans, StatsError> {
     at_least("batches", 2, batches)?;
     at_least("steps of the chain", batches, chain.len())?;

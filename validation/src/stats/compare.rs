@@ -12,10 +12,11 @@ use super::welch::{Welch, one_sample_within, welch_within};
 /// Settings of [`compare()`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompareConfig {
-    /// Thresholds of the verdict; `alpha` bounds the probability of a false *differ* over all cells of a pair.
+    /// Thresholds of the verdict; `alpha` bounds the probability of a false *differ* over all cells
+    /// of a pair.
     pub rule: Rule,
-    /// Relative difference of means that single-precision arithmetic may cause by itself: a half-width of
-    /// the null hypothesis, so that noise-free scenes are not told apart by rounding.
+    /// Relative difference of means that single-precision arithmetic may cause by itself: a
+    /// half-width of the null hypothesis, so that noise-free scenes are not told apart by rounding.
     pub tolerance: f64,
 }
 
@@ -59,11 +60,12 @@ pub struct PairReport {
     pub replicates_a: usize,
     /// Replicates of the second arm, 0 for an exact value.
     pub replicates_b: usize,
-    /// *Differ* if any cell differs; else *agree* if every decisive cell agrees; else *inconclusive*.
+    /// *Differ* if any cell differs; else *agree* if every decisive cell agrees; else
+    /// *inconclusive*.
     pub verdict: Verdict,
     /// Smallest adjusted p-value of all cells, 1 without cells.
     pub p: f64,
-    /// Largest relative minimum detectable bias of the decisive cells.
+    /// Largest relative minimum detectable bias of the decisive cells; infinity serialises as null.
     pub mdb: f64,
     /// The cells in the order of the set.
     pub cells: Vec<CellReport>,
@@ -71,9 +73,10 @@ pub struct PairReport {
 
 /// Compares two arms cell by cell with Welch's test, Holm's adjustment and [`decide()`].
 ///
-/// Cells that are exactly 0 in every replicate of both arms agree and do not count among Holm's hypotheses; cells
-/// that fail a gate do. If no cell is decisive, all are. Fails for unknown arms and fewer than 2 replicates a side
-/// (16 are the least that gives a normal-looking mean, 32 for Markov chains).
+/// Cells that are exactly 0 in every replicate of both arms agree and do not count among Holm's
+/// hypotheses; cells that fail a gate do. If no cell is decisive, all are. Fails for unknown arms
+/// and fewer than 2 replicates a side (16 are the least that gives a normal-looking mean, 32 for
+/// Markov chains).
 ///
 /// ```
 /// use pathspace_validation::stats::{Cell, CompareConfig, ReplicateSet, Verdict, compare};
@@ -112,10 +115,14 @@ pub fn compare(
     Ok(judge(set.cells(), names, (a.rows.len(), b.rows.len()), &raw, &config.rule))
 }
 
-/// Compares an arm with exact values known to within `uncertainty`, cell by cell, as [`compare()`] does.
+/// Compares an arm with exact values known to within `uncertainty`, cell by cell, as [`compare()`]
+/// does.
 ///
-/// `exact` and `uncertainty` hold one number a cell, in the unit of the cells; an uncertainty of 0 means exact.
-/// Fails for an unknown arm, fewer than 2 replicates or other numbers of values.
+/// Where the exact value is 0 without uncertainty, a single positive value differs if none is
+/// negative: a non-negative estimator of mean 0 is 0 almost surely.
+///
+/// `exact` and `uncertainty` hold one number a cell, in the unit of the cells; an uncertainty of 0
+/// means exact. Fails for an unknown arm, fewer than 2 replicates or other numbers of values.
 pub fn compare_exact(
     set: &ReplicateSet,
     arm: &str,
@@ -129,11 +136,15 @@ pub fn compare_exact(
     let mut raw = Vec::with_capacity(set.cells().len());
     for (c, (&mu, &u)) in exact.iter().zip(uncertainty).enumerate() {
         let x = arm.column(c);
-        raw.push(Raw {
-            test: one_sample_within(&x, mu, u + config.tolerance * mu.abs())?,
-            gates: arm.gates(c, &x)?,
-            zero: (is_zero(&x), mu == 0.0),
-        });
+        let dark = is_zero(&x);
+        let mut test = one_sample_within(&x, mu, u + config.tolerance * mu.abs())?;
+        let mut gates = arm.gates(c, &x)?;
+        if mu == 0.0 && u == 0.0 && !dark && x.iter().all(|v| *v >= 0.0) {
+            // One hit is proof, however rare the hits are.
+            test.p = 0.0;
+            gates = Gates::default();
+        }
+        raw.push(Raw { test, gates, zero: (dark, dark && mu == 0.0) });
     }
     let names = (arm.name.clone(), "exact".into());
     Ok(judge(set.cells(), names, (arm.rows.len(), 0), &raw, &config.rule))
@@ -305,6 +316,22 @@ mod tests {
         assert_eq!(bad.verdict, Verdict::Differ);
         let loose = compare_exact(&set, "a", &[1.5, 1.1, 0.4], &[0.2; 3], &config).unwrap();
         assert_ne!(loose.verdict, Verdict::Differ);
+    }
+
+    #[test]
+    fn a_single_hit_where_the_exact_value_is_zero_differs() {
+        let mut set = ReplicateSet::new(vec![Cell::length(2), Cell::length(3)]);
+        for r in 0..16 {
+            set.push("a", vec![if r == 5 { 1e-9 } else { 0.0 }, 0.0]).unwrap();
+        }
+        let config = CompareConfig::default();
+        let report = compare_exact(&set, "a", &[0.0; 2], &[0.0; 2], &config).unwrap();
+        let verdicts: Vec<Verdict> = report.cells.iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Differ, Verdict::Agree]);
+        // The other way round, no hits where light is expected prove nothing.
+        let report = compare_exact(&set, "a", &[0.0, 1.0], &[1e-6, 0.0], &config).unwrap();
+        let reasons: Vec<Reason> = report.cells.iter().map(|c| c.reason).collect();
+        assert_eq!(reasons, [Reason::FewContributions, Reason::NeverSampled]);
     }
 
     #[test]

@@ -43,8 +43,8 @@ pub enum Reason {
     Significant,
     /// The minimum detectable bias exceeds the limit.
     TooNoisy,
-    /// One arm is exactly 0 in all its replicates and the other is not: it never sampled the cell, which
-    /// a rare event and a missing technique have in common.
+    /// One arm is exactly 0 in all its replicates and the other is not: it never sampled the cell,
+    /// which a rare event and a missing technique have in common.
     NeverSampled,
     /// Too few effective contributions per replicate for a t-test.
     FewContributions,
@@ -113,10 +113,10 @@ pub struct Claim {
 
 /// The verdict on one cell.
 ///
-/// In this order: both sides exactly 0 agree; a side that is exactly 0 alone, n_eff below its minimum, or k̂ at
-/// its limit is inconclusive, because a t-test then alarms far above its level (with Poisson hits at one per
-/// replicate a nominal 10⁻⁴ is 7·10⁻⁴); an adjusted p-value below α differs; a minimum detectable bias within
-/// the limit agrees; the rest is inconclusive.
+/// In this order: both sides exactly 0 agree; a side that is exactly 0 alone, n_eff below its
+/// minimum, or k̂ at its limit is inconclusive, because a t-test then alarms far above its level
+/// (with Poisson hits at one per replicate a nominal 10⁻⁴ is 7·10⁻⁴); an adjusted p-value below α
+/// differs; a minimum detectable bias within the limit agrees; the rest is inconclusive.
 pub fn decide(claim: &Claim, rule: &Rule) -> (Verdict, Reason) {
     match claim.zero {
         (true, true) => return (Verdict::Agree, Reason::BothZero),

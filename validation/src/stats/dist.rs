@@ -1,7 +1,8 @@
 //! Tail probabilities and quantiles that never panic and keep their relative precision far out.
 //!
-//! Survival functions come from statrs as `sf`, never as 1 − cdf, which is 0 beyond 8 σ. Quantiles of Student
-//! and beta are found by bisection on those functions, so that a quantile and its tail agree to the last bits.
+//! Survival functions come from statrs as `sf`, never as 1 − cdf, which is 0 beyond 8 σ. Quantiles
+//! of Student and beta are found by bisection on those functions, so that a quantile and its tail
+//! agree to the last bits.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, Normal, StudentsT};
 
@@ -58,8 +59,8 @@ pub fn chi_squared_sf(x: f64, df: f64) -> f64 {
 /// Exact interval of Clopper & Pearson (1934) for a probability after `hits` of `trials`.
 ///
 /// The bounds are the α/2 quantile of Beta(k, n−k+1) and the 1−α/2 quantile of Beta(k+1, n−k), with
-/// α = 1 − `confidence`; they cover the truth with at least that confidence. Fails on `trials` = 0, on
-/// `hits` > `trials` and on a confidence outside (0, 1).
+/// α = 1 − `confidence`; they cover the truth with at least that confidence. Fails on `trials` = 0,
+/// on `hits` > `trials` and on a confidence outside (0, 1).
 pub fn binomial_interval(
     hits: u64,
     trials: u64,

@@ -8,7 +8,8 @@ use super::moments::Moments;
 
 /// Efficiency 1/(MSE·T), with T the seconds of one replicate, its bootstrap included.
 ///
-/// Infinite for an exact image; NaN where the estimated MSE is negative, since that says only that it is small.
+/// Infinite for an exact image; NaN where the estimated MSE is negative, since that says only that
+/// it is small.
 pub fn efficiency(mse: f64, seconds: f64) -> f64 {
     if mse < 0.0 { f64::NAN } else { 1.0 / (mse * seconds) }
 }
@@ -26,9 +27,10 @@ pub struct Estimate {
 
 /// Ratio of the efficiencies of A over B, (MSE_B·T_B)/(MSE_A·T_A), with its interval.
 ///
-/// `cost_a` and `cost_b` hold MSE·T of each replicate. With c̄ and cv the mean and the coefficient of variation of
-/// the costs, ln ratio = ln c̄_B − ln c̄_A ± t_{1−α/2}·√(cv_A²/K_A + cv_B²/K_B), by the delta method; degrees of freedom
-/// after Welch and Satterthwaite. Fails on fewer than 2 replicates a side and where a mean cost is not positive.
+/// `cost_a` and `cost_b` hold MSE·T of each replicate. With c̄ and cv the mean and the coefficient
+/// of variation of the costs, ln ratio = ln c̄_B − ln c̄_A ± t_{1−α/2}·√(cv_A²/K_A + cv_B²/K_B), by
+/// the delta method; degrees of freedom after Welch and Satterthwaite. Fails on fewer than 2
+/// replicates a side and where a mean cost is not positive.
 pub fn efficiency_ratio(
     cost_a: &[f64],
     cost_b: &[f64],
@@ -49,10 +51,12 @@ pub fn efficiency_ratio(
     Ok(Estimate { value: ln.exp(), low: (ln - half).exp(), high: (ln + half).exp() })
 }
 
-/// Slope of ln `error` against ln `budget` by least squares, with its t interval of n−2 degrees of freedom.
+/// Slope of ln `error` against ln `budget` by least squares, with its t interval of n−2 degrees of
+/// freedom.
 ///
-/// −1 is expected of an MSE: shallower means infinite variance, bias or an unmixed chain, steeper stratification.
-/// Fails on fewer than 3 points, equal budgets only, and values that are not positive.
+/// −1 is expected of an MSE: shallower means infinite variance, bias or an unmixed chain, steeper
+/// stratification. Fails on fewer than 3 points, equal budgets only, and values that are not
+/// positive.
 pub fn log_log_slope(
     budget: &[f64],
     error: &[f64],

@@ -1,9 +1,10 @@
 //! Error of images: MSE without a perfect reference, relative and trimmed forms.
 //!
-//! Images are flat slices of values, one entry a pixel (luminance) or several (channels, interleaved); the two
-//! images of a call have the same layout. A metric first makes a map of per-entry errors, which is then averaged
-//! with [`mean`] or [`trimmed_mean`]. Estimates of squared errors may be negative; they are never clipped before
-//! averaging, since clipping would bias the mean.
+//! Images are flat slices of values, one entry a pixel (luminance) or several (channels,
+//! interleaved); the two images of a call have the same layout. A metric first makes a map of
+//! per-entry errors, which is then averaged with [`mean`] or [`trimmed_mean`]. Estimates of squared
+//! errors may be negative; they are never clipped before averaging, since clipping would bias the
+//! mean.
 
 use serde::Serialize;
 
@@ -12,16 +13,17 @@ use super::moments::Moments;
 
 /// Map of (A−R)², the squared error of A against a reference R; unit of the values squared.
 ///
-/// If R is itself noisy with variance σ_R², the mean is too large by σ_R²: use [`squared_error_halves`] then.
+/// If R is itself noisy with variance σ_R², the mean is too large by σ_R²: use
+/// [`squared_error_halves`] then.
 pub fn squared_error<T: Copy + Into<f64>>(a: &[T], r: &[T]) -> Result<Vec<f64>, StatsError> {
     squared_error_halves(a, r, r)
 }
 
 /// Map of (A−R₁)(A−R₂) with two independent unbiased references.
 ///
-/// Given A, E[(A−R₁)(A−R₂)] = (A−E R)² for A, R₁ and R₂ independent: the mean over pixels is the MSE of A without the
-/// noise of the references. Entries may be negative. Fails on other lengths and on
-/// non-finite values.
+/// Given A, E[(A−R₁)(A−R₂)] = (A−E R)² for A, R₁ and R₂ independent: the mean over pixels is the
+/// MSE of A without the noise of the references. Entries may be negative. Fails on other lengths
+/// and on non-finite values.
 pub fn squared_error_halves<T: Copy + Into<f64>>(
     a: &[T],
     r1: &[T],
@@ -64,8 +66,8 @@ pub fn relative_error<T: Copy + Into<f64>>(
 
 /// Map of (A−R₁)(A−R₂)/(R̄²+ε) with R̄ = ½(R₁+R₂), dimensionless.
 ///
-/// The numerator is unbiased; R̄² in the denominator exceeds R² by the variance of R̄, so the references should be
-/// clearly better than A. Fails where ε is not positive.
+/// The numerator is unbiased; R̄² in the denominator exceeds R² by the variance of R̄, so the
+/// references should be clearly better than A. Fails where ε is not positive.
 pub fn relative_error_halves<T: Copy + Into<f64>>(
     a: &[T],
     r1: &[T],
@@ -90,10 +92,11 @@ pub fn mean(map: &[f64]) -> Result<f64, StatsError> {
     Ok(map.iter().sum::<f64>() / map.len() as f64)
 }
 
-/// Mean of an error map without its largest `fraction`, ⌈fraction·n⌉ entries; 0.001 for trimmed relMSE.
+/// Mean of an error map without its largest `fraction`, ⌈fraction·n⌉ entries; 0.001 for trimmed
+/// relMSE.
 ///
-/// Tells noise that is everywhere from a few fireflies. It is not an estimate of the MSE: the trimmed part is error
-/// too. Fails where nothing is left or the fraction lies outside (0, 1).
+/// Tells noise that is everywhere from a few fireflies. It is not an estimate of the MSE: the
+/// trimmed part is error too. Fails where nothing is left or the fraction lies outside (0, 1).
 pub fn trimmed_mean(map: &[f64], fraction: f64) -> Result<f64, StatsError> {
     open_unit("trimmed fraction", fraction)?;
     let drop = (fraction * map.len() as f64).ceil() as usize;
@@ -109,7 +112,8 @@ pub fn trimmed_mean(map: &[f64], fraction: f64) -> Result<f64, StatsError> {
 pub struct ReplicateErrors {
     /// MSE of each replicate, estimated with the others as its reference; may be negative.
     pub per_replicate: Vec<f64>,
-    /// Their mean: the average over pixels of the across-replicate variance, the MSE of one replicate.
+    /// Their mean: the average over pixels of the across-replicate variance, the MSE of one
+    /// replicate.
     pub mse: f64,
     /// Their median.
     pub median: f64,
@@ -119,17 +123,19 @@ pub struct ReplicateErrors {
     pub max: f64,
     /// Coefficient of variation of the per-replicate MSE.
     pub cv: f64,
-    /// Mean over median: 1 for noise that is the same everywhere, large where fireflies carry the error.
+    /// Mean over median: 1 for noise that is the same everywhere, large where fireflies carry the
+    /// error.
     pub firefly_index: f64,
 }
 
 /// Error of the replicates of one unbiased arm, without any reference.
 ///
-/// For replicate r and pixel value A_r the estimate is the mean of (A_r−A_i)(A_r−A_j) over all pairs i<j of
-/// other replicates, ([Σ(A_r−A_i)]² − Σ(A_r−A_i)²)/((K−1)(K−2)): the two-reference form of
-/// [`squared_error_halves`] over all splits. Its mean over r is exactly the unbiased variance over replicates. It
-/// sees noise and no bias, which is what tests on means are for. The estimates of different r share data, so their
-/// spread is right to O(1/K). Fails on fewer than 3 replicates, other lengths and non-finite values.
+/// For replicate r and pixel value A_r the estimate is the mean of (A_r−A_i)(A_r−A_j) over all
+/// pairs i<j of other replicates, ([Σ(A_r−A_i)]² − Σ(A_r−A_i)²)/((K−1)(K−2)): the two-reference
+/// form of [`squared_error_halves`] over all splits. Its mean over r is exactly the unbiased
+/// variance over replicates. It sees noise and no bias, which is what tests on means are for. The
+/// estimates of different r share data, so their spread is right to O(1/K). Fails on fewer than 3
+/// replicates, other lengths and non-finite values.
 pub fn replicate_errors<T: Copy + Into<f64>>(
     replicates: &[&[T]],
 ) -> Result<ReplicateErrors, StatsError> {
@@ -158,7 +164,8 @@ pub fn replicate_errors<T: Copy + Into<f64>>(
             rest += *c;
         }
         for (total, &d) in totals.iter_mut().zip(&centred) {
-            // With d_i = A_i − mean: Σ_i (d_r−d_i) = K d_r − Σd, Σ_i (d_r−d_i)² = K d_r² − 2 d_r Σd + Σd².
+            // With d_i = A_i − mean: Σ_i (d_r−d_i) = K d_r − Σd, Σ_i (d_r−d_i)² = K d_r² − 2 d_r Σd
+            // + Σd².
             let s = n * d - rest;
             let q = n * d * d - 2.0 * d * rest + square;
             *total += s * s - q;

@@ -15,10 +15,11 @@ pub enum Round {
 
 /// Sequential test in at most k rounds of independent data (Gandy & Scott 2020, algorithm 1).
 ///
-/// With β = α/k and γ = β^{1/k}, round i rejects if its p-value q ≤ β_i, accepts if q > γ + β_i, and otherwise goes on with
-/// β_{i+1} = β_i/γ; the last round accepts what it does not reject. A true null reaches round i with probability ≤ γ^{i−1},
-/// so it is rejected with probability ≤ Σ γ^{i−1}β/γ^{i−1} = α. Most true nulls end in the first round, most gross
-/// errors too; the full budget is spent on what is near the border.
+/// With β = α/k and γ = β^{1/k}, round i rejects if its p-value q ≤ β_i, accepts if q > γ + β_i,
+/// and otherwise goes on with β_{i+1} = β_i/γ; the last round accepts what it does not reject. A
+/// true null reaches round i with probability ≤ γ^{i−1}, so it is rejected with probability ≤ Σ
+/// γ^{i−1}β/γ^{i−1} = α. Most true nulls end in the first round, most gross errors too; the full
+/// budget is spent on what is near the border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GandyScott {
     rounds: u32,
@@ -28,7 +29,8 @@ pub struct GandyScott {
 }
 
 impl GandyScott {
-    /// A test of level `alpha` in at most `rounds` rounds (7 is usual); fails on alpha outside (0, 1) or no rounds.
+    /// A test of level `alpha` in at most `rounds` rounds (7 is usual); fails on alpha outside (0,
+    /// 1) or no rounds.
     pub fn new(alpha: f64, rounds: u32) -> Result<Self, StatsError> {
         open_unit("alpha", alpha)?;
         at_least("rounds", 1, rounds as usize)?;
@@ -38,7 +40,8 @@ impl GandyScott {
 
     /// Judges the p-values of one round, combined by Bonferroni as q = min(1, m·min p).
     ///
-    /// Every round must use data independent of the earlier ones. Fails on no p-values and on p outside \[0, 1\].
+    /// Every round must use data independent of the earlier ones. Fails on no p-values and on p
+    /// outside \[0, 1\].
     pub fn observe(&mut self, p: &[f64]) -> Result<Round, StatsError> {
         at_least("p-values", 1, p.len())?;
         if let Some(&value) = p.iter().find(|p| !(0.0..=1.0).contains(*p)) {

@@ -36,7 +36,8 @@ pub struct MaxT {
     pub sum: Statistic,
     /// Σz²: sees a bias of changing sign that is spread over many cells.
     pub sum_sq: Statistic,
-    /// p-value of the three together: the permutation distribution of the smallest of their p-values.
+    /// p-value of the three together: the permutation distribution of the smallest of their
+    /// p-values.
     pub p: f64,
 }
 
@@ -49,19 +50,22 @@ pub struct Statistic {
     pub p: f64,
 }
 
-/// Tests whether two arms have equal means in all cells, by permuting the labels of whole replicates.
+/// Tests whether two arms have equal means in all cells, by permuting the labels of whole
+/// replicates.
 ///
-/// Rows are replicates, columns cells (tiles × lengths); every relabelling moves whole rows, which keeps the
-/// correlation between cells, and recomputes Welch's t in every cell, brought to a common scale as the normal
-/// deviate z of equal tail probability under its own degrees of freedom. p = (1+#)/(1+B).
+/// Rows are replicates, columns cells (tiles × lengths); every relabelling moves whole rows, which
+/// keeps the correlation between cells, and recomputes Welch's t in every cell, brought to a common
+/// scale as the normal deviate z of equal tail probability under its own degrees of freedom. p =
+/// (1+#)/(1+B).
 ///
-/// For arms of equal distribution the test is exact. Studentising makes it asymptotically valid for arms of unequal
-/// variance too (Janssen 1997; Chung & Romano 2013), and z instead of t corrects most of what is left at finite K: the
-/// arms as labelled then have fewer degrees of freedom than their mixtures (at K = 16 and deviations 1:2, 5.7 % alarms at 5 %). The same seed gives the same answer for any
-/// number of threads.
+/// For arms of equal distribution the test is exact. Studentising makes it asymptotically valid for
+/// arms of unequal variance too (Janssen 1997; Chung & Romano 2013), and z instead of t corrects
+/// most of what is left at finite K: the arms as labelled then have fewer degrees of freedom than
+/// their mixtures (at K = 16 and deviations 1:2, 5.7 % alarms at 5 %). The same seed gives the same
+/// answer for any number of threads.
 ///
-/// Fails on fewer than 3 replicates a side, rows of unequal length, no cells, no permutations, and non-finite
-/// values.
+/// Fails on fewer than 3 replicates a side, rows of unequal length, no cells, no permutations, and
+/// non-finite values.
 pub fn max_t(
     a: &[Vec<f64>],
     b: &[Vec<f64>],
@@ -112,8 +116,8 @@ pub fn max_t(
 
 /// Cells handled together, so that their sums stay in the first cache.
 const BLOCK: usize = 512;
-/// Smallest squared standard error of standardised cells; keeps t finite where a relabelling separates two
-/// constants.
+/// Smallest squared standard error of standardised cells; keeps t finite where a relabelling
+/// separates two constants.
 const FLOOR: f64 = 1e-20;
 
 /// The pooled replicates, standardised cell by cell, without the constant cells.
@@ -154,7 +158,8 @@ impl Pool {
         Pool { active, rows, totals, first: a.len() }
     }
 
-    /// The rows that relabelling `index` calls the first arm, ascending so that equal sets sum to equal bits.
+    /// The rows that relabelling `index` calls the first arm, ascending so that equal sets sum to
+    /// equal bits.
     fn relabel(&self, seed: u64, index: u64) -> Vec<usize> {
         const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
         let mut rng = Pcg64Mcg::seed_from_u64(seed ^ (index + 1).wrapping_mul(ODD));
@@ -213,13 +218,15 @@ impl Pool {
     }
 }
 
-/// Wallace's (1959) normal deviate of Student's t, z = ±(8ν+1)/(8ν+3)·√(ν ln(1+t²/ν)), right to a few hundredths.
+/// Wallace's (1959) normal deviate of Student's t, z = ±(8ν+1)/(8ν+3)·√(ν ln(1+t²/ν)), right to a
+/// few hundredths.
 fn normal_equivalent(t: f64, df: f64) -> f64 {
     let z = (8.0 * df + 1.0) / (8.0 * df + 3.0) * (df * (t * t / df).ln_1p()).sqrt();
     z.copysign(t)
 }
 
-/// A bound a hair below the observed value: the mirrored labelling must count as equal despite rounding.
+/// A bound a hair below the observed value: the mirrored labelling must count as equal despite
+/// rounding.
 fn forgiving(observed: f64) -> f64 {
     observed * (1.0 - 1e-9)
 }
@@ -230,7 +237,8 @@ fn share(permuted: &[[f64; 3]], k: usize, observed: f64) -> f64 {
     (1 + above) as f64 / (1 + permuted.len()) as f64
 }
 
-/// p-value of the smallest of the three p-values, each labelling ranked among all, the observed one included.
+/// p-value of the smallest of the three p-values, each labelling ranked among all, the observed one
+/// included.
 fn combined(permuted: &[[f64; 3]], observed: [f64; 3]) -> f64 {
     let all: Vec<[f64; 3]> = std::iter::once(observed).chain(permuted.iter().copied()).collect();
     let mut smallest = vec![usize::MAX; all.len()];
@@ -325,7 +333,8 @@ mod tests {
         assert!(result.sum.p > 0.05, "{:?}", result.sum);
     }
 
-    /// Alarms of max-T and of the combined p-value at 5 % in `runs` comparisons of arms with equal means.
+    /// Alarms of max-T and of the combined p-value at 5 % in `runs` comparisons of arms with equal
+    /// means.
     fn alarms(runs: u64, mut arms: impl FnMut() -> [Vec<Vec<f64>>; 2]) -> [u64; 2] {
         let mut alarms = [0; 2];
         for _ in 0..runs {

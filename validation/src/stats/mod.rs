@@ -15,11 +15,13 @@
 //! | How large is the error of an image? | [`error`] |
 //! | … and at what cost? | [`efficiency()`], [`efficiency_ratio`], [`log_log_slope`] |
 //!
-//! The unit of observation is the *replicate mean*: the mean of one cell (a path length, a tile, the whole
-//! image) over one whole render with a seed of its own. Replicates are independent for every integrator,
-//! also for Markov chains and stratified samples, where the samples inside one render are not.
+//! The unit of observation is the *replicate mean*: the mean of one cell (a path length, a tile,
+//! the whole image) over one whole render with a seed of its own. Replicates are independent for
+//! every integrator, also for Markov chains and stratified samples, where the samples inside one
+//! render are not.
 //!
-//! Everything that draws random numbers takes a seed and gives the same answer for any number of threads.
+//! Everything that draws random numbers takes a seed and gives the same answer for any number of
+//! threads.
 
 pub mod bounded;
 mod chains;

@@ -16,7 +16,8 @@ pub struct Moments {
 impl Moments {
     /// Moments of `x` in two passes, with the correction of Chan, Golub & LeVeque (1983), eq. 1.7.
     ///
-    /// A constant sample has variance exactly 0. Fails on fewer than 2 values or on a non-finite one.
+    /// A constant sample has variance exactly 0. Fails on fewer than 2 values or on a non-finite
+    /// one.
     pub fn of(x: &[f64]) -> Result<Self, StatsError> {
         at_least("observations", 2, x.len())?;
         all_finite("observations", x)?;

@@ -2,8 +2,8 @@
 
 /// Holm's step-down adjusted p-values (Holm 1979), in the order of the input.
 ///
-/// With p₍₁₎ ≤ … ≤ p₍ₘ₎, p̃₍ᵢ₎ = max_{j≤i} min(1, (m−j+1) p₍ⱼ₎). Rejecting where p̃ ≤ α errs in at least one true
-/// null with probability ≤ α, whatever the dependence. A NaN counts as 1.
+/// With p₍₁₎ ≤ … ≤ p₍ₘ₎, p̃₍ᵢ₎ = max_{j≤i} min(1, (m−j+1) p₍ⱼ₎). Rejecting where p̃ ≤ α errs in at
+/// least one true null with probability ≤ α, whatever the dependence. A NaN counts as 1.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let order = ascending(p);
     let m = p.len();
@@ -16,10 +16,11 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// Benjamini & Hochberg's (1995) adjusted p-values, in the order of the input: for maps, not for verdicts.
+/// Benjamini & Hochberg's (1995) adjusted p-values, in the order of the input: for maps, not for
+/// verdicts.
 ///
-/// p̃₍ᵢ₎ = min_{j≥i} min(1, m p₍ⱼ₎/j). Among the cells with p̃ ≤ q the expected share of true nulls is ≤ q for
-/// independent (or positively dependent) tests. A NaN counts as 1.
+/// p̃₍ᵢ₎ = min_{j≥i} min(1, m p₍ⱼ₎/j). Among the cells with p̃ ≤ q the expected share of true nulls
+/// is ≤ q for independent (or positively dependent) tests. A NaN counts as 1.
 pub fn benjamini_hochberg(p: &[f64]) -> Vec<f64> {
     let order = ascending(p);
     let m = p.len();

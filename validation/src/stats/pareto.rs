@@ -5,7 +5,8 @@ use super::fault::{StatsError, all_finite, at_least};
 /// Fewest samples in the tail that a fit is tried on.
 const FEWEST: usize = 5;
 
-/// Size of the tail that k̂ is fitted to, min(⌈3√S⌉, ⌊S/5⌋) of S samples (Vehtari et al. 2024, section 2.3).
+/// Size of the tail that k̂ is fitted to, min(⌈3√S⌉, ⌊S/5⌋) of S samples (Vehtari et al. 2024,
+/// section 2.3).
 pub fn tail_size(samples: u64) -> usize {
     let s = samples as f64;
     (3.0 * s.sqrt()).ceil().min((s / 5.0).floor()) as usize
@@ -13,11 +14,12 @@ pub fn tail_size(samples: u64) -> usize {
 
 /// Shape k̂ of the generalised Pareto distribution fitted to the upper tail of `samples`.
 ///
-/// Moments of order ≥ 1/k do not exist, so a variance needs k < 1/2; the t-test is trusted below that only. The
-/// excesses of the [`tail_size`] largest samples over the next smaller one are fitted as in [`fit_pareto`], then k̂ is
-/// drawn towards 1/2 with the weight of ten samples. `None` where at least one and fewer than 5 samples exceed the
-/// threshold (too few hits to say anything; n_eff tells that), −∞ where none does (equal samples have no tail). Fails on
-/// fewer than 25 samples and on non-finite ones.
+/// Moments of order ≥ 1/k do not exist, so a variance needs k < 1/2; the t-test is trusted below
+/// that only. The excesses of the [`tail_size`] largest samples over the next smaller one are
+/// fitted as in [`fit_pareto`], then k̂ is drawn towards 1/2 with the weight of ten samples. `None`
+/// where at least one and fewer than 5 samples exceed the threshold (too few hits to say anything;
+/// n_eff tells that), −∞ where none does (equal samples have no tail). Fails on fewer than 25
+/// samples and on non-finite ones.
 pub fn pareto_khat(samples: &[f64]) -> Result<Option<f64>, StatsError> {
     pareto_khat_of_tail(samples, samples.len() as u64)
 }
@@ -48,11 +50,12 @@ pub fn pareto_khat_of_tail(largest: &[f64], total: u64) -> Result<Option<f64>, S
     Ok(Some((n * k + 10.0 * 0.5) / (n + 10.0)))
 }
 
-/// Shape k and scale σ of the generalised Pareto distribution 1 − (1 + k x/σ)^{−1/k}, positive k heavy.
+/// Shape k and scale σ of the generalised Pareto distribution 1 − (1 + k x/σ)^{−1/k}, positive k
+/// heavy.
 ///
-/// The quasi-Bayesian estimator of Zhang & Stephens (2009), eqs. 5–8, in θ = −k/σ: the mean of θ over a grid of
-/// 30+⌊√n⌋ points, weighted by the profile likelihood n(ln(−θ/k) − k − 1) with k(θ) = mean ln(1 − θx). `excess` must be
-/// ascending and positive, at least 5 values.
+/// The quasi-Bayesian estimator of Zhang & Stephens (2009), eqs. 5–8, in θ = −k/σ: the mean of θ
+/// over a grid of 30+⌊√n⌋ points, weighted by the profile likelihood n(ln(−θ/k) − k − 1) with k(θ)
+/// = mean ln(1 − θx). `excess` must be ascending and positive, at least 5 values.
 pub fn fit_pareto(excess: &[f64]) -> Result<(f64, f64), StatsError> {
     at_least("excesses", FEWEST, excess.len())?;
     all_finite("excesses", excess)?;

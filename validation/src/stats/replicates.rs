@@ -23,8 +23,8 @@ impl Cell {
         Cell { name: "image".into(), length: None, decisive: true }
     }
 
-    /// The whole image over paths of one length; not decisive, since long paths carry little light and much
-    /// noise.
+    /// The whole image over paths of one length; not decisive, since long paths carry little light
+    /// and much noise.
     pub fn length(length: u32) -> Self {
         Cell { name: format!("length {length}"), length: Some(length), decisive: false }
     }
@@ -41,7 +41,8 @@ impl Cell {
 
 /// Matrix arm × replicate × cell of replicate means Y_{a,r,c}.
 ///
-/// A replicate is a whole render with a seed of its own; its row holds the mean luminance of every cell.
+/// A replicate is a whole render with a seed of its own; its row holds the mean luminance of every
+/// cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReplicateSet {
     cells: Vec<Cell>,
@@ -80,8 +81,8 @@ impl ReplicateSet {
 
     /// Records the gates of an existing arm as measured on its samples, one entry a cell.
     ///
-    /// Where n_eff is left `None` the comparison uses the bound Ȳ²/s² of the replicates instead. Fails for an
-    /// unknown arm or another number of cells.
+    /// Where n_eff is left `None` the comparison uses the bound Ȳ²/s² of the replicates instead.
+    /// Fails for an unknown arm or another number of cells.
     pub fn set_gates(&mut self, arm: &str, gates: Vec<Gates>) -> Result<(), StatsError> {
         same_length("cells and gates", self.cells.len(), gates.len())?;
         let found = self.arms.iter_mut().find(|a| a.name == arm);
@@ -127,8 +128,8 @@ impl Arm {
 
 /// Ȳ²/s² of the replicate means, an upper bound on n_eff = (Σx)²/Σx² that needs no samples.
 ///
-/// For n independent samples a replicate has n_eff = n μ²/(σ²+μ²) ≤ n μ²/σ² = E²/Var of its mean. `None` where a
-/// value is negative: signed observables have no such reading.
+/// For n independent samples a replicate has n_eff = n μ²/(σ²+μ²) ≤ n μ²/σ² = E²/Var of its mean.
+/// `None` where a value is negative: signed observables have no such reading.
 fn implied_n_eff(column: &[f64]) -> Result<Option<f64>, StatsError> {
     if column.iter().any(|v| *v < 0.0) {
         return Ok(None);

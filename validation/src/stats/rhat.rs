@@ -1,4 +1,5 @@
-//! Do several chains agree with each other? Split-R̂ and effective sample size over chains, for reports.
+//! Do several chains agree with each other? Split-R̂ and effective sample size over chains, for
+//! reports.
 
 use super::chains::autocovariance;
 use super::dist::normal_quantile;
@@ -7,16 +8,19 @@ use super::moments::Moments;
 
 /// Split-R̂ of Gelman et al. (2013), section 11.4: √(v̂ar⁺/W) with every chain cut in halves.
 ///
-/// With M half-chains of N steps, W the mean of their variances and B/N the variance of their means,
-/// v̂ar⁺ = (N−1)/N·W + B/N. Near 1 where the chains have mixed; 1 for constants, infinite for different constants. Fails
-/// on no chains, fewer than 4 steps, unequal lengths and non-finite values.
+/// With M half-chains of N steps, W the mean of their variances and B/N the variance of their
+/// means, v̂ar⁺ = (N−1)/N·W + B/N. Near 1 where the chains have mixed; 1 for constants, infinite
+/// for different constants. Fails on no chains, fewer than 4 steps, unequal lengths and non-finite
+/// values.
 pub fn split_rhat(chains: &[Vec<f64>]) -> Result<f64, StatsError> {
     rhat(&halves(chains)?)
 }
 
-/// Rank-normalised split-R̂ of Vehtari et al. (2021), section 4: the larger of the bulk's and the tails'.
+/// Rank-normalised split-R̂ of Vehtari et al. (2021), section 4: the larger of the bulk's and the
+/// tails'.
 ///
-/// The bulk takes values to z = Φ⁻¹((rank−3/8)/(S+1/4)), which survives infinite variance; the tails do the same to
+/// The bulk takes values to z = Φ⁻¹((rank−3/8)/(S+1/4)), which survives infinite variance; the
+/// tails do the same to
 /// |x − median|, which sees chains that differ in scale. Below 1.01 is usual for mixed chains. Fails as [`split_rhat`].
 pub fn rank_rhat(chains: &[Vec<f64>]) -> Result<f64, StatsError> {
     let halves = halves(chains)?;
@@ -29,11 +33,12 @@ pub fn rank_rhat(chains: &[Vec<f64>]) -> Result<f64, StatsError> {
     Ok(rhat(&rank_normalise(&halves)?)?.max(rhat(&rank_normalise(&folded)?)?))
 }
 
-/// Effective sample size of the mean over several chains, with what they disagree on counted as correlation.
+/// Effective sample size of the mean over several chains, with what they disagree on counted as
+/// correlation.
 ///
-/// Gelman et al. (2013), section 11.5, on split chains: ρ_k = 1 − (W − mean_m c_{m,k} N/(N−1))/v̂ar⁺ with c_{m,k} the
-/// autocovariance of chain m, summed by Geyer's initial monotone sequence; at most S log₁₀ S of S values. Fails as
-/// [`split_rhat`].
+/// Gelman et al. (2013), section 11.5, on split chains: ρ_k = 1 − (W − mean_m c_{m,k}
+/// N/(N−1))/v̂ar⁺ with c_{m,k} the autocovariance of chain m, summed by Geyer's initial monotone
+/// sequence; at most S log₁₀ S of S values. Fails as [`split_rhat`].
 pub fn multi_chain_ess(chains: &[Vec<f64>]) -> Result<f64, StatsError> {
     ess(&halves(chains)?)
 }

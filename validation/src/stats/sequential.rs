@@ -1,8 +1,9 @@
 //! Stopping early without fooling oneself: the paired t e-process.
 //!
-//! Looking at a t-test again and again raises its false alarms: every 8 pairs up to 128, from 1 % to 6 %; up to 512, to
-//! 10 %; without end, to all. An e-process may be looked at after every replicate: the probability that it *ever*
-//! reaches 1/α under the null is at most α (Ville 1939). The price is a smaller power at any one size.
+//! Looking at a t-test again and again raises its false alarms: every 8 pairs up to 128, from 1 %
+//! to 6 %; up to 512, to 10 %; without end, to all. An e-process may be looked at after every
+//! replicate: the probability that it *ever* reaches 1/α under the null is at most α (Ville 1939).
+//! The price is a smaller power at any one size.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,9 +49,9 @@ impl PairedT {
 
     /// ln of the Bayes factor of "mean ≠ 0" against "mean = 0", an e-process.
     ///
-    /// BF_n = (1+ng)^{−1/2}·[(1+t²/ν)/(1+t²/(ν(1+ng)))]^{(ν+1)/2} with t = D̄/(s/√n), ν = n−1, for a normal prior of
-    /// variance g on the standardised mean (Gönen et al. 2005; as an e-process Pérez-Ortiz et al. 2024). 0 below 2 pairs
-    /// and where all differences are exactly 0.
+    /// BF_n = (1+ng)^{−1/2}·[(1+t²/ν)/(1+t²/(ν(1+ng)))]^{(ν+1)/2} with t = D̄/(s/√n), ν = n−1, for
+    /// a normal prior of variance g on the standardised mean (Gönen et al. 2005; as an e-process
+    /// Pérez-Ortiz et al. 2024). 0 below 2 pairs and where all differences are exactly 0.
     pub fn ln_e_value(&self, g: f64) -> f64 {
         if self.n < 2 || (self.mean == 0.0 && self.squares == 0.0) {
             return 0.0;
@@ -75,7 +76,8 @@ pub struct SequentialConfig {
     pub alpha: f64,
     /// Variance g of the standardised mean difference that the e-process expects.
     pub g: f64,
-    /// Stop as [`Decision::Resolved`] once the minimum detectable bias of every decisive cell is at most this.
+    /// Stop as [`Decision::Resolved`] once the minimum detectable bias of every decisive cell is at
+    /// most this.
     pub mdb_limit: f64,
     /// Fewest pairs before that.
     pub min_pairs: u64,
@@ -96,17 +98,18 @@ pub enum Decision {
     Continue,
     /// The arms differ; stays so.
     Differ,
-    /// Precise enough to stop. The verdict of the fixed-size comparison on the replicates may then be printed as a
-    /// figure, but only this e-process keeps its level.
+    /// Precise enough to stop. The verdict of the fixed-size comparison on the replicates may then
+    /// be printed as a figure, but only this e-process keeps its level.
     Resolved,
 }
 
 /// Sequential comparison of two arms over many cells by the average of their e-values.
 ///
-/// The average of e-values is an e-value whatever their dependence; one cell of m needs e ≥ m/α alone, many faint
-/// ones help each other. Every e-process is exact for normal differences in the information of its own scale-free
-/// history; that the average may be monitored in the joint history of dependent cells is checked by simulation here,
-/// not proved. The gates against heavy tails apply as for any t statistic.
+/// The average of e-values is an e-value whatever their dependence; one cell of m needs e ≥ m/α
+/// alone, many faint ones help each other. Every e-process is exact for normal differences in the
+/// information of its own scale-free history; that the average may be monitored in the joint
+/// history of dependent cells is checked by simulation here, not proved. The gates against heavy
+/// tails apply as for any t statistic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sequential {
     config: SequentialConfig,
@@ -124,7 +127,8 @@ struct State {
 }
 
 impl Sequential {
-    /// Starts a comparison; if no cell is decisive, all are. Fails without cells and on α outside (0, 1) or g ≤ 0.
+    /// Starts a comparison; if no cell is decisive, all are. Fails without cells and on α outside
+    /// (0, 1) or g ≤ 0.
     pub fn new(cells: &[Cell], config: SequentialConfig) -> Result<Self, StatsError> {
         at_least("cells", 1, cells.len())?;
         open_unit("alpha", config.alpha)?;
@@ -186,7 +190,8 @@ impl Sequential {
         self.pairs
     }
 
-    /// Largest relative minimum detectable bias of the decisive cells, from the paired standard error.
+    /// Largest relative minimum detectable bias of the decisive cells, from the paired standard
+    /// error.
     pub fn mdb(&self) -> Result<f64, StatsError> {
         let mut largest: f64 = 0.0;
         for cell in self.cells.iter().filter(|c| c.decisive) {
@@ -260,7 +265,8 @@ mod tests {
         assert!(low > 0.03, "{hits} of 1000");
     }
 
-    /// Share of `runs` comparisons over correlated cells that ever differ, looking after each of 64 pairs.
+    /// Share of `runs` comparisons over correlated cells that ever differ, looking after each of 64
+    /// pairs.
     fn ever_differ(runs: u64, cells: usize, alpha: f64, seed: u64) -> u64 {
         let mut source = Source::new(seed);
         let names: Vec<Cell> = (0..cells as u32).map(|c| Cell::tile(c, 0, None)).collect();

@@ -19,8 +19,8 @@ pub struct PHistogram {
 
 /// Histogram of p-values: flat where all nulls are true and the test is exact.
 ///
-/// The χ² needs about 5 p-values a bin, and independent ones. Fails on fewer than 2 bins, no p-values, and p outside
-/// \[0, 1\].
+/// The χ² needs about 5 p-values a bin, and independent ones. Fails on fewer than 2 bins, no
+/// p-values, and p outside \[0, 1\].
 pub fn p_histogram(p: &[f64], bins: usize) -> Result<PHistogram, StatsError> {
     at_least("bins", 2, bins)?;
     at_least("p-values", 1, p.len())?;
@@ -37,11 +37,13 @@ pub fn p_histogram(p: &[f64], bins: usize) -> Result<PHistogram, StatsError> {
     Ok(PHistogram { counts, p: chi_squared_sf(chi, (bins - 1) as f64) })
 }
 
-/// Geometric mean exp(mean ln x) with a percentile bootstrap interval (Efron & Tibshirani 1993, chapter 13).
+/// Geometric mean exp(mean ln x) with a percentile bootstrap interval (Efron & Tibshirani 1993,
+/// chapter 13).
 ///
-/// For ratios over a set of scenes. `resamples` of 9999 is usual; the same seed gives the same interval. With few
-/// values the interval is too narrow, by about √((n−1)/n) and the normal against Student's quantile. Fails on fewer than 2
-/// values, values that are not positive, no resamples, and a confidence outside (0, 1).
+/// For ratios over a set of scenes. `resamples` of 9999 is usual; the same seed gives the same
+/// interval. With few values the interval is too narrow, by about √((n−1)/n) and the normal against
+/// Student's quantile. Fails on fewer than 2 values, values that are not positive, no resamples,
+/// and a confidence outside (0, 1).
 pub fn geometric_mean(
     x: &[f64],
     confidence: f64,

@@ -2,7 +2,8 @@
 
 use super::fault::{StatsError, all_finite, at_least, same_length};
 
-/// n_eff = (Σx)²/Σx², the number of equal contributions that would scatter as much; 0 where all are 0.
+/// n_eff = (Σx)²/Σx², the number of equal contributions that would scatter as much; 0 where all are
+/// 0.
 ///
 /// Kish (1965). Between 1 (a single firefly) and the number of samples that are not 0.
 pub fn effective_count(sum: f64, sum_sq: f64) -> f64 {
@@ -45,11 +46,13 @@ impl TilePartition {
     }
 }
 
-/// Merges tiles of an `nx` × `ny` grid until every group has n_eff ≥ `n_eff_min` in every replicate.
+/// Merges tiles of an `nx` × `ny` grid until every group has n_eff ≥ `n_eff_min` in every
+/// replicate.
 ///
-/// Top-down: a rectangle is cut, along its longer side and near its middle first, as long as some cut leaves both
-/// parts with enough. `replicates` holds those of *both* arms: a partition that does not know the labels leaves a
-/// permutation test exact. Fails on no replicates, an empty grid, other numbers of tiles and non-finite sums.
+/// Top-down: a rectangle is cut, along its longer side and near its middle first, as long as some
+/// cut leaves both parts with enough. `replicates` holds those of *both* arms: a partition that
+/// does not know the labels leaves a permutation test exact. Fails on no replicates, an empty grid,
+/// other numbers of tiles and non-finite sums.
 pub fn merge_tiles(
     nx: usize,
     ny: usize,

@@ -32,10 +32,9 @@ pub struct Welch {
 
 /// Welch's two-sample t-test of equal means (Welch 1947).
 ///
-/// t = (Ȳ_A−Ȳ_B)/√(s_A²/K_A+s_B²/K_B) with
-/// ν = (s_A²/K_A+s_B²/K_B)² / [ (s_A²/K_A)²/(K_A−1) + (s_B²/K_B)²/(K_B−1) ] and p = 2 P(T_ν > |t|).
-/// Two constants: p = 1 where they are equal and p = 0 where they are not. Fails on fewer than 2 values in
-/// an arm and on non-finite values.
+/// t = (Ȳ_A−Ȳ_B)/√(s_A²/K_A+s_B²/K_B) with ν = (s_A²/K_A+s_B²/K_B)² / [ (s_A²/K_A)²/(K_A−1) +
+/// (s_B²/K_B)²/(K_B−1) ] and p = 2 P(T_ν > |t|). Two constants: p = 1 where they are equal and p =
+/// 0 where they are not. Fails on fewer than 2 values in an arm and on non-finite values.
 ///
 /// ```
 /// let t = pathspace_validation::stats::welch(&[1.0, 2.0, 3.0], &[2.0, 3.0, 4.0])?;
@@ -48,9 +47,9 @@ pub fn welch(a: &[f64], b: &[f64]) -> Result<Welch, StatsError> {
 
 /// [`welch()`] against the interval null |E Y_A − E Y_B| ≤ `uncertainty`.
 ///
-/// The p-value is the largest over that interval, reached at its ends:
-/// p = P(T_ν > (|d|−u)/SE) + P(T_ν > (|d|+u)/SE); u = 0 is the plain test. `uncertainty` has the unit of the
-/// means; it fails if negative or not finite.
+/// The p-value is the largest over that interval, reached at its ends: p = P(T_ν > (|d|−u)/SE) +
+/// P(T_ν > (|d|+u)/SE); u = 0 is the plain test. `uncertainty` has the unit of the means; it fails
+/// if negative or not finite.
 pub fn welch_within(a: &[f64], b: &[f64], uncertainty: f64) -> Result<Welch, StatsError> {
     let (a, b) = (Moments::of(a)?, Moments::of(b)?);
     let (va, vb) = (a.squared_error(), b.squared_error());
@@ -67,8 +66,8 @@ pub fn one_sample(a: &[f64], mu: f64) -> Result<Welch, StatsError> {
 
 /// [`one_sample`] against the interval null |E Y − mu| ≤ `uncertainty`, as in [`welch_within`].
 ///
-/// For a reference that is itself known to within an error bound, such as a mesh solution after Richardson
-/// extrapolation. The relative minimum detectable bias refers to |mu|.
+/// For a reference that is itself known to within an error bound, such as a mesh solution after
+/// Richardson extrapolation. The relative minimum detectable bias refers to |mu|.
 pub fn one_sample_within(a: &[f64], mu: f64, uncertainty: f64) -> Result<Welch, StatsError> {
     if !mu.is_finite() {
         return Err(StatsError::NonFinite { what: "exact value", index: 0, value: mu });
@@ -79,10 +78,10 @@ pub fn one_sample_within(a: &[f64], mu: f64, uncertainty: f64) -> Result<Welch, 
 
 /// Relative bias that a two-sided test at level α = 10⁻⁴ finds with power 0.9.
 ///
-/// MDB = (z_{1−α/2} + z_{0.9})·SE/μ = (3.8906 + 1.2816)·SE/μ = 5.17·SE/μ, with z the standard normal
-/// quantile; an interval null of half-width `uncertainty` adds uncertainty/μ. The normal quantiles belong to
-/// many replicates: the same power needs 1.15 times that bias at 16 a side, 1.07 times at 32. 0 where there is nothing to
-/// see (SE = u = 0), infinite where μ = 0 otherwise.
+/// MDB = (z_{1−α/2} + z_{0.9})·SE/μ = (3.8906 + 1.2816)·SE/μ = 5.17·SE/μ, with z the standard
+/// normal quantile; an interval null of half-width `uncertainty` adds uncertainty/μ. The normal
+/// quantiles belong to many replicates: the same power needs 1.15 times that bias at 16 a side,
+/// 1.07 times at 32. 0 where there is nothing to see (SE = u = 0), infinite where μ = 0 otherwise.
 pub fn minimum_detectable_bias(se: f64, mean: f64, uncertainty: f64) -> Result<f64, StatsError> {
     let z = normal_quantile(1.0 - 0.5 * MDB_ALPHA)? + normal_quantile(MDB_POWER)?;
     let bias = z * se + uncertainty;
@@ -141,7 +140,8 @@ mod tests {
 
     #[test]
     fn student_sleep_data_give_the_published_result() {
-        // Student (1908), extra hours of sleep under two drugs: t = −1.8608, df = 17.776, p = 0.07939.
+        // Student (1908), extra hours of sleep under two drugs: t = −1.8608, df = 17.776, p =
+        // 0.07939.
         let a = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0];
         let b = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4];
         let w = welch(&a, &b).unwrap();
