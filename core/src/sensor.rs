@@ -168,6 +168,19 @@ impl Sensor {
         (self.vertex(p.as_vec3()), self.pdf_vertex())
     }
 
+    /// Where a ray crosses the lens from its front before length `end` (unit direction); `None` for a pinhole. The lens stops no light.
+    pub fn hit_lens(&self, ray: &Ray, end: f32) -> Option<Vec3> {
+        let (o, d) = (ray.o.as_dvec3() - self.origin, ray.d.as_dvec3());
+        let across = self.axes[2].dot(d);
+        if self.is_pinhole() || across >= 0.0 {
+            return None;
+        }
+        let t = -self.axes[2].dot(o) / across;
+        let p = o + d * t;
+        let hit = t > 0.0 && t < end as f64 && p.length() < self.lens_radius;
+        hit.then(|| (self.origin + p).as_vec3())
+    }
+
     /// Density of a lens point.
     #[inline]
     pub fn pdf_vertex(&self) -> Density<Area> {

@@ -4,7 +4,9 @@
 //! | --- | --- | --- |
 //! | [`pt`] | path tracing with next-event estimation | (0,t), (1,t) |
 //! | [`lt`] | light tracing | (s,1) |
+//! | [`bdpt`] | bidirectional path tracing | all |
 
+pub mod bdpt;
 pub mod lt;
 pub mod pt;
 mod registry;

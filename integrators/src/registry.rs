@@ -2,6 +2,7 @@
 
 use pathspace_core::integrator::Integrator;
 
+use crate::bdpt::{self, Bdpt};
 use crate::lt::{self, LightTracer};
 use crate::pt::{self, PathTracer};
 use crate::spec::{Defaults, Spec, SpecError};
@@ -36,6 +37,9 @@ impl Registry {
             })
             .with(lt::NAME, "light tracing onto the film", |spec, defaults| {
                 Ok(Box::new(LightTracer::from_spec(spec, defaults)?))
+            })
+            .with(bdpt::NAME, "bidirectional path tracing, all techniques", |spec, defaults| {
+                Ok(Box::new(Bdpt::from_spec(spec, defaults)?))
             })
     }
 

@@ -6,6 +6,8 @@ use std::str::FromStr;
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::WalkRules;
 
+use crate::bdpt::TechniqueSet;
+
 /// Name of an integrator with its options, as on the command line: `NAME[:key=value,…]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Spec {
@@ -210,6 +212,36 @@ impl<'a> Options<'a> {
                 Err(self.bad("heuristic", value, "balance, power, cutoff, maximum or uniform"))
             }
         }
+    }
+
+    /// One of a few named values, the first by default.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn choice<T: Copy>(
+        &mut self,
+        key: &'static str,
+        values: &[(&'static str, T)],
+    ) -> Result<T, SpecError> {
+        let value = self.raw(key).unwrap_or(values[0].0);
+        values.iter().find(|(name, _)| *name == value).map(|(_, v)| *v).ok_or_else(|| {
+            let names: Vec<_> = values.iter().map(|(name, _)| *name).collect();
+            self.bad(key, value, &names.join(" or "))
+        })
+    }
+
+    /// `s` and `t`, ranges of techniques: `2`, `0..3` (both ends count), `1..`.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn techniques(&mut self) -> Result<TechniqueSet, SpecError> {
+        let mut range = |key| match self.raw(key) {
+            None => Ok(TechniqueSet::parse_range("0..").unwrap_or(0..=0)),
+            Some(text) => TechniqueSet::parse_range(text)
+                .ok_or_else(|| self.bad(key, text, "a range such as 2, 0..3 or 1..")),
+        };
+        let (s, t) = (range("s")?, range("t")?);
+        Ok(TechniqueSet::new(s, t))
     }
 
     /// Ends the reading.

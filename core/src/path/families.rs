@@ -47,4 +47,32 @@ impl WalkClass {
             | Families::T1.when(at_sensor)
             | Families::T0.when(!pinhole)
     }
+
+    /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
+    #[inline]
+    pub fn join(
+        light: &WalkClass,
+        sensor: &WalkClass,
+        delta_emitter: bool,
+        pinhole: bool,
+    ) -> Families {
+        let both = light.vertices > 0 && sensor.vertices > 0;
+        let whole = WalkClass {
+            vertices: light.vertices + sensor.vertices,
+            first_spreads: if light.vertices > 0 {
+                light.first_spreads
+            } else {
+                sensor.last_spreads
+            },
+            last_spreads: if sensor.vertices > 0 {
+                sensor.first_spreads
+            } else {
+                light.last_spreads
+            },
+            adjacent_spread: light.adjacent_spread
+                || sensor.adjacent_spread
+                || both && light.last_spreads && sensor.last_spreads,
+        };
+        whole.families(TransportMode::Importance, delta_emitter, pinhole)
+    }
 }

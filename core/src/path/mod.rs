@@ -12,7 +12,7 @@ mod vertex;
 pub use contribution::contribution;
 pub use density::{Technique, WalkRules, families, ln_density, samplable};
 pub use families::WalkClass;
-pub use scatter::{ScatterSample, ScatterValue};
+pub use scatter::{ScatterSample, ScatterValue, TwoWayScatter};
 pub use vertex::Vertex;
 
 use crate::color::Rgb;

@@ -50,6 +50,21 @@ pub struct ScatterValue {
     pub survival: Mass,
 }
 
+/// A vertex at the end of a connection, as walks from either side see it.
+#[derive(Clone, Copy, Debug)]
+pub struct TwoWayScatter {
+    /// f̄.
+    pub value: Rgb,
+    /// Density of the walk that came here and would have gone on along the connection.
+    pub forward: Density<SolidAngle>,
+    /// Density of the opposite walk, that came along the connection and would have gone on to where this walk came from.
+    pub backward: Density<SolidAngle>,
+    /// Survival of roulette on the way forward.
+    pub survival_forward: Mass,
+    /// Survival of roulette on the way back.
+    pub survival_backward: Mass,
+}
+
 impl Scene {
     /// True where the surface scatters ω only into delta lobes: such a vertex can not be connected.
     #[inline]
@@ -124,8 +139,48 @@ impl Scene {
         Some(ScatterSample { direction, weight, pdf, delta, survival: survival(uncompressed) })
     }
 
+    /// Value and both densities at an end of a connection: a walk in `mode` came from `from` and is connected towards `to`. `None`
+    /// where nothing is scattered that way, delta lobes included.
+    #[inline]
+    pub fn connect_scatter(
+        &self,
+        point: &SurfacePoint,
+        from: Vec3,
+        to: Vec3,
+        mode: TransportMode,
+    ) -> Option<TwoWayScatter> {
+        let bsdf = self.bsdf(point);
+        let (wo, wi) = (point.frame.to_local(from), point.frame.to_local(to));
+        let f = bsdf.eval(wo, wi, mode);
+        if f.is_black() {
+            return None;
+        }
+        // All models that spread are reciprocal: f serves both ways.
+        let (forward, backward) = (bsdf.pdf(wo, wi), bsdf.pdf(wi, wo));
+        let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
+        let ratio = |p: Density<SolidAngle>, cos: f32| f.max_channel() * cos / p.value() as f32;
+        let (mut on, mut back) = (ratio(forward, cos_i), ratio(backward, cos_o));
+        let value = match mode {
+            TransportMode::Radiance => {
+                back *= adjoint_factor(point, to, wi.z, from, wo.z);
+                f * shading_ratio(point, to, wi.z)
+            }
+            TransportMode::Importance => {
+                on *= adjoint_factor(point, from, wo.z, to, wi.z);
+                f * shading_ratio(point, from, wo.z)
+            }
+        };
+        Some(TwoWayScatter {
+            value,
+            forward,
+            backward,
+            survival_forward: survival(on),
+            survival_backward: survival(back),
+        })
+    }
+
     /// Density and survival of whichever lobe takes `from` to `to`, delta ones included; `None` where the walk can not go that way.
-    pub(crate) fn scatter_event(
+    pub fn scatter_event(
         &self,
         point: &SurfacePoint,
         from: Vec3,
