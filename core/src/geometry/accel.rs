@@ -117,6 +117,10 @@ impl Accel {
         }
     }
 
+    pub(super) fn extent(&self) -> f32 {
+        self.extent
+    }
+
     pub(super) fn prim(&self, prim: u32) -> Option<PrimRef<'_>> {
         self.prims.get(prim)
     }

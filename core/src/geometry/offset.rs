@@ -54,16 +54,18 @@ impl Accel {
         n.normalize_or_zero().as_vec3()
     }
 
-    /// Distance along the normal by which a ray must leave the primitive `prim` at the point `p`
-    /// so that it does not meet the same primitive again: the rounding of the position plus what the
-    /// intersection test errs near the surface.
+    /// Distance along the normal by which a ray or segment must leave the primitive `prim` at the
+    /// point `p` so that it does not meet the same primitive again: a bound on the distance of `p`
+    /// from the surface, plus what the intersection test errs seen from near `p` and from the
+    /// other end of a segment.
     pub fn error_bound(&self, prim: u32, p: Vec3) -> f32 {
         // Rounding of p: half an ulp in each of three coordinates, √3 in all, and some for the
         // normal's own rounding.
         let rounding = 2.0 * U * p.abs().max_element();
+        let far = FAR_ERROR * U * self.extent();
         match self.prim(prim) {
-            Some(PrimRef::Triangle(tri)) => rounding + triangle_error(tri),
-            _ => rounding,
+            Some(PrimRef::Triangle(tri)) => rounding + far + triangle_error(tri),
+            _ => rounding + far,
         }
     }
 }
@@ -78,8 +80,14 @@ fn triangle_error(&[a, b, c]: &[Vec3; 3]) -> f32 {
     TRIANGLE_ERROR * U * length2.sqrt() * slimness
 }
 
-/// Factor of [`triangle_error`], found by measurement: the least that keeps self-hits away, doubled.
+/// Factor of [`triangle_error`]. Measured with 10⁶ rays a mesh that leave triangles, half of them
+/// grazing: 0 self-hits at 1, 3 at 0; doubled.
 const TRIANGLE_ERROR: f32 = 2.0;
+
+/// Factor for what a segment's far end suffers: its direction is rounded and the test's error grows
+/// with the distance, which the scene's extent bounds. Measured with 8·10⁶ segments between two
+/// walls, down to cosines of 10⁻⁴: hidden by their own walls 5348 at 0, 209 at 1, 4 at 2, 0 at 4.
+const FAR_ERROR: f32 = 4.0;
 
 /// Slivers beyond this ratio of L² to twice the area get no larger offset.
 const MAX_SLIMNESS: f32 = 16.0;

@@ -56,7 +56,7 @@ fn both_code_paths_give_the_same_bits() {
     let mut scene = mixed(2000, 0.05);
     scene.triangles.extend(blob(32));
     let accel = build(scene);
-    let differ = count(1_200_000, 1, |rng| {
+    let differ = count(1_050_000, 1, |rng| {
         let ray = any_ray(rng);
         bits(accel.closest(&ray)) != bits(accel.closest_portable(&ray))
             || accel.occluded(&ray) != accel.occluded_portable(&ray)
@@ -78,7 +78,7 @@ fn closest_equals_the_least_over_trees_of_one_primitive() {
         single.push(build(Primitives { disks: vec![*d], ..Primitives::default() }));
     }
     let accel = build(scene);
-    let differ = count(300_000, 2, |rng| {
+    let differ = count(100_000, 2, |rng| {
         let ray = any_ray(rng);
         let hits = single.iter().enumerate().filter_map(|(i, a)| {
             assert_eq!(a.closest(&ray).is_some(), a.occluded(&ray));

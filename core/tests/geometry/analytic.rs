@@ -84,11 +84,12 @@ fn a_slanted_disk_gives_the_coordinates_of_the_hit() {
         let p = c + u * x + v * y;
         let o = p + direction(rng) * 0.5;
         let ray = Ray::new(o, p - o);
+        // Nearly along the disk the rounding of the origin moves the hit.
+        let grazing = ray.d.dot(u.cross(v).normalize()).abs() < 0.005;
         let hit = a.closest(&ray);
-        hit.is_none_or(|h| (h.b1 - x).abs().max((h.b2 - y).abs()) > 1e-4)
+        !grazing && hit.is_none_or(|h| (h.b1 - x).abs().max((h.b2 - y).abs()) > 1e-4)
     });
-    // A ray in the plane of the disk has no reason to hit; such directions are rare.
-    assert!(wrong <= 5, "{wrong}");
+    assert_eq!(wrong, 0);
 }
 
 #[test]
