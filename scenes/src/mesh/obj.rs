@@ -83,9 +83,12 @@ fn drop_short_attributes(
     Ok(raw)
 }
 
-/// Blanks what tobj should not see. Returns the line of an index that tobj cannot handle.
+/// Blanks what tobj should not see. Returns the line of an index that tobj cannot handle or would
+/// overlook.
 fn clean(bytes: &mut [u8]) -> Option<(u32, String)> {
     let mut counts = Counts::default();
+    // Whether faces refer to texture coordinates and normals; tobj accepts that where there are none.
+    let (mut uvs, mut normals) = (false, false);
     for (number, line) in bytes.split_mut(|b| *b == b'\n').enumerate() {
         let start = line.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(line.len());
         let length = token_length(&line[start..]);
@@ -103,6 +106,7 @@ fn clean(bytes: &mut [u8]) -> Option<(u32, String)> {
                 if suspicious && let Some(reason) = check_face(rest, &counts, None) {
                     return Some((line_number(number), reason));
                 }
+                note_references(rest, &mut uvs, &mut normals);
             }
             _ => line.fill(b' '),
         }
@@ -111,7 +115,26 @@ fn clean(bytes: &mut [u8]) -> Option<(u32, String)> {
             *byte = b'?';
         }
     }
+    if (uvs && counts.uvs == 0) || (normals && counts.normals == 0) {
+        return find_error(bytes);
+    }
     None
+}
+
+/// Notes which indices the corners `v/vt/vn` of a face have.
+fn note_references(rest: &[u8], uvs: &mut bool, normals: &mut bool) {
+    let mut slashes = 0;
+    for byte in rest {
+        match byte {
+            b'/' => slashes += 1,
+            b'1'..=b'9' => {
+                *uvs |= slashes == 1;
+                *normals |= slashes == 2;
+            }
+            b if b.is_ascii_whitespace() => slashes = 0,
+            _ => {}
+        }
+    }
 }
 
 fn line_number(index: usize) -> u32 {

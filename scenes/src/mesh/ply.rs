@@ -214,7 +214,10 @@ fn plain(e: &ply_rs_bw::parser::ParseError) -> (u32, String) {
         _ => &text,
     };
     let words: Vec<&str> = text.split_whitespace().collect();
-    let mut reason: String = words.join(" ").chars().take(160).collect();
+    let words = words.join(" ");
+    // What follows is the grammar's list of everything that it would have liked.
+    let first = words.split(" Error: ").next().unwrap_or(&words).replace(". String: ", ": ");
+    let mut reason: String = first.chars().take(160).collect();
     if reason.is_empty() {
         reason = "unreadable".into();
     }

@@ -59,10 +59,10 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<RenderDefa
         defaults.rr_depth = props.count("rr_depth", 1, u32::MAX)?.unwrap_or(5);
     }
     if props.boolean("hide_emitters")? == Some(true) {
-        return Err(props.refuse("hide_emitters", "understood (only false is)"));
+        return Err(props.complain("hide_emitters", "true is not understood, only false"));
     }
     if object.old && props.boolean("strict_normals")? == Some(true) {
-        return Err(props.refuse("strict_normals", "understood (only false is)"));
+        return Err(props.complain("strict_normals", "true is not understood, only false"));
     }
     let technical = ["samples_per_pass", "block_size", "timeout"];
     props.ignore(context, &technical, "the run is divided in its own way");

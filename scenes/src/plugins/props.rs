@@ -83,6 +83,13 @@ impl<'a> Props<'a> {
         bad(place, &self.what(name), &value, expected)
     }
 
+    /// The same where the value itself would say nothing.
+    pub(crate) fn complain(&self, name: &str, reason: &str) -> SceneFileError {
+        let property = self.object.properties.iter().find(|p| p.name == name);
+        let place = property.map_or(&self.object.place, |p| &p.place).clone();
+        SceneFileError::Scene { place, reason: format!("{}: {reason}", self.what(name)) }
+    }
+
     /// An error about the object as a whole.
     pub(crate) fn error(&self, reason: impl Into<String>) -> SceneFileError {
         let reason = format!("{}: {}", self.object.title(), reason.into());

@@ -159,10 +159,8 @@ fn rigid(props: &Props<'_>, t: DAffine3) -> Result<DAffine3> {
         && close(gram.z_axis, DVec3::Z))
     {
         let scale = m.x_axis.length();
-        return Err(props.refuse(
-            "to_world",
-            &format!("a rotation with a translation (it scales or shears; first axis × {scale})"),
-        ));
+        let reason = format!("a camera cannot be scaled or sheared (its first axis is × {scale})");
+        return Err(props.complain("to_world", &reason));
     }
     let z = m.z_axis.normalize();
     let y = (m.y_axis - z * m.y_axis.dot(z)).normalize();

@@ -90,8 +90,8 @@ fn sphere(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
     let gram = m.transpose() * m;
     let scale2 = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let off = (gram - glam::DMat3::from_diagonal(DVec3::splat(scale2))).to_cols_array();
-    if off.iter().any(|v| v.abs() > 1e-3 * scale2) {
-        return Err(props.refuse("to_world", "a uniform scale, as a sphere needs"));
+    if off.iter().any(|v| v.abs() > 1e-4 * scale2) {
+        return Err(props.complain("to_world", "a sphere must be scaled alike along all axes"));
     }
     Ok(ShapeGeometry::Sphere { center, radius })
 }
@@ -112,7 +112,7 @@ fn mesh_file(
         // Vertices at an angle larger than this are split in Mitsuba 0.5.
         if props.has("max_smooth_angle") {
             props.float("max_smooth_angle")?;
-            return Err(props.refuse("max_smooth_angle", "understood"));
+            return Err(props.complain("max_smooth_angle", "is not understood"));
         }
         props.ignore(context, &["collapse"], "each element makes one mesh");
     }

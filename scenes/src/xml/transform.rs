@@ -40,7 +40,7 @@ fn check(t: &DAffine3, place: &Place) -> Result<()> {
         return bad_value("is not finite");
     }
     // Relative to the lengths of the columns: small transforms are fine, flat ones are not.
-    if m.determinant().abs() <= 1e-14 * size {
+    if m.determinant().abs() <= 2e-12 * size {
         return bad_value("is singular: it flattens space and has no inverse");
     }
     Ok(())
@@ -90,7 +90,8 @@ fn vector(e: &Element, others: &[&str], default: f64) -> Result<DVec3> {
 /// where the axis is no unit vector; earlier versions rotate, and so does every author expect.
 fn rotate(e: &Element, notes: &mut Vec<String>) -> Result<DAffine3> {
     let axis = vector(e, &["angle"], 0.0)?;
-    let angle = number(&e.place, "<rotate> angle", e.need("angle", &["angle", "x", "y", "z"])?)?;
+    let angle =
+        number(&e.place, "<rotate> angle", e.need("angle", &["angle", "value", "x", "y", "z"])?)?;
     let Some(unit) = axis.try_normalize() else {
         return Err(bad(&e.place, "<rotate> axis", "0, 0, 0", "a direction"));
     };
