@@ -70,6 +70,9 @@ const INTERESTING: &[u8] = b"0123456789-+.eE/\"<>$&#\n \x00\xff";
 fn mutate(bytes: &[u8], random: &mut Xorshift) -> Vec<u8> {
     let mut out = bytes.to_vec();
     for _ in 0..=random.below(3) {
+        if out.is_empty() {
+            break;
+        }
         let at = random.below(out.len());
         let byte = match random.below(4) {
             0 => random.below(256) as u8,
