@@ -243,3 +243,13 @@ fn ply_quads_become_two_triangles() {
     let loaded = load("m.ply", text.as_bytes(), "");
     assert_eq!(mesh(&loaded.description.shapes[0]).triangles, [[0, 1, 2], [0, 2, 3]]);
 }
+
+#[test]
+fn ply_numbers_may_lack_a_digit_beside_the_point() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float32 x\nproperty float32 y\n\
+                property float32 z\nelement face 1\nproperty list uint8 int32 vertex_indices\n\
+                end_header\n-.5 0. 0\n1.e0 .25 0\r\n 0  1.5  0 \n3 0 1 2\n";
+    let loaded = load("m.ply", text.as_bytes(), "");
+    let corners = [[-0.5, 0.0, 0.0], [1.0, 0.25, 0.0], [0.0, 1.5, 0.0]];
+    assert_eq!(mesh(&loaded.description.shapes[0]).positions, corners);
+}

@@ -4,6 +4,8 @@
 //! or `vertex_index`. Everything else is skipped. Mitsuba 3.9.1 takes triangles only; polygons are
 //! read here as fans.
 
+use std::borrow::Cow;
+
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
@@ -113,8 +115,36 @@ impl PropertyAccess for Skipped {
     }
 }
 
+/// Gives numbers such as `.5` and `2.` the digit that the parser insists on.
+fn mend_numbers(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let find = |text: &[u8]| bytes.windows(text.len()).take(1 << 16).position(|w| w == text);
+    let (Some(_), Some(body)) = (find(b"format ascii"), find(b"end_header")) else {
+        return Cow::Borrowed(bytes);
+    };
+    let digit = |at: Option<&u8>| at.is_some_and(u8::is_ascii_digit);
+    let bare = |at: usize| {
+        let last = at.checked_sub(1).and_then(|i| bytes.get(i));
+        let (before, after) = (digit(last), digit(bytes.get(at + 1)));
+        (bytes[at] == b'.' && before != after).then_some(before)
+    };
+    if !(body..bytes.len()).any(|at| bare(at).is_some()) {
+        return Cow::Borrowed(bytes);
+    }
+    let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 8);
+    out.extend_from_slice(&bytes[..body]);
+    for (at, byte) in bytes.iter().enumerate().skip(body) {
+        match bare(at) {
+            Some(true) => out.extend_from_slice(b".0"),
+            Some(false) => out.extend_from_slice(b"0."),
+            None => out.push(*byte),
+        }
+    }
+    Cow::Owned(out)
+}
+
 fn read(bytes: &[u8]) -> Read<RawMesh> {
-    let mut reader = Reader::new(bytes);
+    let mended = mend_numbers(bytes);
+    let mut reader = Reader::new(&*mended);
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| plain(&e))?;
     let has = |element: &str, names: &[&str]| {
         let element = header.elements.get(element);

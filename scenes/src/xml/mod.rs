@@ -1,6 +1,7 @@
 //! Mitsuba's XML: elements, parameters, includes, ids and the upgrade of old files.
 
 mod element;
+mod files;
 pub(crate) mod graph;
 mod params;
 mod parse;
@@ -8,6 +9,7 @@ mod transform;
 mod upgrade;
 pub(crate) mod value;
 
+pub(crate) use files::Files;
 pub(crate) use graph::{Graph, Object, Property};
 pub(crate) use params::Parameters;
-pub(crate) use parse::{Files, parse_scene};
+pub(crate) use parse::parse_scene;

@@ -1,16 +1,16 @@
 //! Walks the XML in the order of the file and builds the graph of objects.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use roxmltree::{Document, Node};
 
 use super::element::Element;
+use super::files::Files;
 use super::graph::{Graph, Object, Property};
 use super::params::Parameters;
 use super::value::{self, Value};
 use super::{transform, upgrade};
 use crate::error::{Known, Place, Result, SceneFileError};
-use crate::source::FileSource;
 
 /// Elements that make an object.
 const OBJECTS: [&str; 13] = [
@@ -57,48 +57,6 @@ const MAX_NESTING: usize = 64;
 
 /// Files larger than this are not scene descriptions.
 const MAX_XML_BYTES: usize = 1 << 30;
-
-/// Reads files and remembers what was read: search path and hash.
-pub(crate) struct Files<'a> {
-    source: &'a dyn FileSource,
-    /// Where relative names are looked up, the most recent first.
-    folders: Vec<PathBuf>,
-    hasher: blake3::Hasher,
-}
-
-impl<'a> Files<'a> {
-    pub(crate) fn new(source: &'a dyn FileSource, folder: &Path) -> Self {
-        let folders = vec![folder.to_path_buf()];
-        Files { source, folders, hasher: blake3::Hasher::new() }
-    }
-
-    /// First folder of the search path that has the file; the first folder where none has it.
-    pub(crate) fn resolve(&self, name: &str) -> PathBuf {
-        let path = Path::new(name);
-        let all = || self.folders.iter().map(|folder| folder.join(path));
-        all().find(|p| self.source.is_file(p)).or_else(|| all().next()).unwrap_or(path.into())
-    }
-
-    /// Contents of a file that the element at `place` refers to.
-    pub(crate) fn read(&self, path: &Path, place: &Place) -> Result<Vec<u8>> {
-        self.source.read(path).map_err(|e| SceneFileError::Read {
-            place: place.clone(),
-            file: path.display().to_string(),
-            reason: e.to_string(),
-        })
-    }
-
-    /// Adds to the hash of the scene's content, with the length, so that parts cannot shift.
-    pub(crate) fn hash(&mut self, bytes: &[u8]) {
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes());
-        self.hasher.update(bytes);
-    }
-
-    /// Hexadecimal hash of everything that was added.
-    pub(crate) fn finish(&self) -> String {
-        self.hasher.finalize().to_hex().to_string()
-    }
-}
 
 /// Reads a whole scene: the text of the main file and everything that it includes.
 pub(crate) fn parse_scene(
@@ -351,13 +309,10 @@ impl Reader<'_, '_> {
                     let reason = "<path> may only stand directly in <scene>".into();
                     return Err(SceneFileError::Scene { place: place.clone(), reason });
                 }
-                let all = || self.files.folders.iter().map(|folder| folder.join(name));
-                let found = all().find(|p| self.files.source.is_dir(p));
-                let Some(folder) = found else {
-                    return Err(value::bad(place, "<path>", name, "a folder"));
-                };
-                self.files.folders.insert(0, folder);
-                Ok(())
+                match self.files.add_folder(name) {
+                    true => Ok(()),
+                    false => Err(value::bad(place, "<path>", name, "a folder")),
+                }
             }
             "alias" => {
                 element.only(&["id", "as"])?;
@@ -390,12 +345,10 @@ impl Reader<'_, '_> {
         }
         let path = self.files.resolve(name);
         let bytes = self.files.read(&path, &element.place)?;
-        // Names in the included file are relative to it; the search path is restored after it.
-        let before = self.files.folders.clone();
-        self.files.folders.insert(0, path.parent().unwrap_or(Path::new("")).to_path_buf());
+        let before = self.files.enter(&path);
         let file = path.display().to_string();
         let done = self.file(&bytes, &file, Some(parent), context.includes + 1);
-        self.files.folders = before;
+        self.files.leave(before);
         done
     }
 
