@@ -1,7 +1,5 @@
 //! Walks the XML in the order of the file and builds the graph of objects.
 
-use std::path::Path;
-
 use roxmltree::{Document, Node};
 
 use super::element::Element;

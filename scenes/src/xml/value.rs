@@ -44,7 +44,7 @@ impl Value {
         match self {
             Value::Boolean(v) => v.to_string(),
             Value::Integer(v) => v.to_string(),
-            Value::Float(v) | Value::Spectrum(v) => v.to_string(),
+            Value::Float(v) | Value::Spectrum(v) => decimal(*v),
             Value::String(v) | Value::Reference(v) => v.clone(),
             Value::Vector(v) => format!("{}, {}, {}", v.x, v.y, v.z),
             Value::Rgb(v) => format!("{}, {}, {}", v[0], v[1], v[2]),
@@ -52,6 +52,11 @@ impl Value {
             Value::Object(_) => "a nested object".into(),
         }
     }
+}
+
+/// A number as one would write it: very small and very large ones with an exponent.
+fn decimal(v: f64) -> String {
+    if v == 0.0 || (1e-4..1e9).contains(&v.abs()) { v.to_string() } else { format!("{v:e}") }
 }
 
 /// A value that does not fit.
