@@ -22,8 +22,11 @@ fn error_of(body: &str, files: &[(&str, &[u8])]) -> String {
     }
 }
 
+/// Scene file, further files, and the line that a user sees.
+pub(crate) type Case<'a> = (String, Vec<(&'a str, &'a [u8])>, &'a str);
+
 /// Compares each case and reports all that differ, so that a table can be mended at once.
-pub(crate) fn check(cases: &[(String, Vec<(&str, &[u8])>, &str)]) {
+pub(crate) fn check(cases: &[Case<'_>]) {
     let mut wrong = Vec::new();
     for (body, files, expected) in cases {
         let found = error_of(body, files);

@@ -1,13 +1,9 @@
 //! Mesh files.
 
-use super::{check, scene};
+use super::{Case, check, scene};
 
 /// A scene with one OBJ or PLY file.
-fn mesh<'a>(
-    name: &'a str,
-    bytes: &'a [u8],
-    expected: &'a str,
-) -> (String, Vec<(&'a str, &'a [u8])>, &'a str) {
+fn mesh<'a>(name: &'a str, bytes: &'a [u8], expected: &'a str) -> Case<'a> {
     let kind = &name[name.len() - 3..];
     let body =
         format!("<shape type=\"{kind}\"><string name=\"filename\" value=\"{name}\"/></shape>");
