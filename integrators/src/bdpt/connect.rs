@@ -38,6 +38,12 @@ pub(super) struct Candidate {
 }
 
 impl<S: Sink> Connector<'_, S> {
+    /// Says which emitter the light subpaths that follow start on.
+    pub(super) fn begin_light(&mut self, emitter: u32) {
+        let delta = self.scene.emitters().get(emitter).is_delta();
+        self.light.weights = self.light.weights.for_emitter(delta);
+    }
+
     /// Technique s = 0: the last vertex of `sensor` lies on an emitter.
     pub(super) fn hit_emitter(&mut self, sensor: &[SubpathVertex]) {
         let scene = self.scene;
@@ -249,7 +255,7 @@ impl<S: Sink> Connector<'_, S> {
     ) -> Option<Candidate> {
         let ([.., y_before, y], [.., z_before, z]) = (light, sensor) else { return None };
         let (s, t) = (light.len(), sensor.len());
-        if !self.sensor.weights.techniques.contains(s, t) {
+        if !y.connectible || !self.sensor.weights.techniques.contains(s, t) {
             return None;
         }
         let (Vertex::Surface(py), Vertex::Surface(pz)) = (&y.vertex, &z.vertex) else {
@@ -311,6 +317,43 @@ impl<S: Sink> Connector<'_, S> {
         };
         let (light, sensor) = (&light[..candidate.s], &sensor[..candidate.t]);
         self.emit(contribution, light, sensor, candidate.weight, 0.0);
+    }
+
+    /// Techniques (s, t) for every s ≥ 2 and one t ≥ 2, a shadow ray for each that could contribute.
+    pub(super) fn inner_all(
+        &mut self,
+        light: &[SubpathVertex],
+        sensor: &[SubpathVertex],
+        emitter: u32,
+    ) {
+        for s in 2..=light.len() {
+            if let Some(candidate) = self.inner(&light[..s], sensor) {
+                self.finish_inner(&candidate, light, sensor, emitter, 1.0);
+            }
+        }
+    }
+
+    /// The same sum estimated by one of its terms, picked in proportion to its unoccluded contribution.
+    pub(super) fn inner_one(
+        &mut self,
+        light: &[SubpathVertex],
+        sensor: &[SubpathVertex],
+        emitter: u32,
+        choice: f32,
+    ) {
+        let candidates: Vec<_> =
+            (2..=light.len()).filter_map(|s| self.inner(&light[..s], sensor)).collect();
+        let share = |c: &Candidate| c.value.max_channel() as f64;
+        let total: f64 = candidates.iter().map(share).sum();
+        let mut x = choice as f64 * total;
+        for candidate in &candidates {
+            if x < share(candidate) {
+                let scale = (total / share(candidate)) as f32;
+                self.finish_inner(candidate, light, sensor, emitter, scale);
+                return;
+            }
+            x -= share(candidate);
+        }
     }
 
     /// Forward and backward density with this walk's roulette.

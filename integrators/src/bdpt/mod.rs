@@ -5,34 +5,34 @@
 //!
 //! | step | file |
 //! | --- | --- |
-//! | subpaths and their densities | `subpath` |
+//! | one walk and its densities | `subpath` |
+//! | both subpaths of a sample, and the techniques that need one of them | `walks` |
 //! | the techniques | `connect` |
+//! | connections to a cache of light vertices | `cache` |
 //! | weights, O(1) per connection | `weight` |
 //! | which techniques take part | `techniques` |
 
+mod cache;
 mod connect;
 mod subpath;
 mod techniques;
+mod walks;
 mod weight;
 
 use std::sync::Arc;
 
 use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
-use pathspace_core::color::Rgb;
-use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::{Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
 use pathspace_core::mis::Heuristic;
-use pathspace_core::path::{Vertex, WalkRules};
+use pathspace_core::path::WalkRules;
 use pathspace_core::random::PrimarySample;
 
-use self::connect::{Connector, first_vertex};
-use self::subpath::{OpenEdge, Subpath, WalkConfig};
+use self::cache::CachedRun;
 pub use self::techniques::TechniqueSet;
-use self::weight::Weights;
+use self::walks::Walks;
 use crate::spec::{Defaults, Spec, SpecError};
 
 /// Name in the registry.
@@ -46,6 +46,9 @@ const ROULETTE_FROM: u32 = 24;
 pub enum Connect {
     /// Every pair.
     Full,
+    /// For every sensor vertex light vertices from a cache of all light subpaths of the step (Davidovič et al. 2014), as many as a
+    /// light subpath has on average.
+    Cache,
     /// For every sensor vertex one light vertex, picked in proportion to the unoccluded contribution: one shadow ray
     /// instead of s, unbiased because the picked value is divided by its probability (resampled importance sampling with one draw).
     One,
@@ -68,7 +71,7 @@ pub struct Bdpt {
 }
 
 impl Bdpt {
-    /// From options: `s`, `t` (ranges), `heuristic` (`beta`, `alpha`), `connect` = full | one, `roulette`, `max_depth`.
+    /// From options: `s`, `t` (ranges), `heuristic` (`beta`, `alpha`), `connect` = full | one | cache, `roulette`, `max_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -95,8 +98,8 @@ impl Bdpt {
         WalkRules { max_length: self.max_length, rr_depth }
     }
 
-    fn max_length(&self) -> usize {
-        self.max_length.map_or(usize::MAX / 4, |k| k as usize)
+    fn walks(&self, scene: &Scene) -> Walks {
+        Walks::new(self, scene)
     }
 }
 
@@ -132,7 +135,11 @@ impl Integrator for Bdpt {
         seed: u64,
         state: &State,
     ) -> Result<Box<dyn Run>, IntegratorError> {
-        Ok(Box::new(MonteCarlo::new(Arc::new(self.clone()), scene, seed, state.step)))
+        let bdpt = Arc::new(self.clone());
+        Ok(match self.connect {
+            Connect::Cache => Box::new(CachedRun::new(bdpt, scene, seed, state.step)),
+            _ => Box::new(MonteCarlo::new(bdpt, scene, seed, state.step)),
+        })
     }
 }
 
@@ -144,134 +151,27 @@ impl PathEstimator for Bdpt {
         u: &mut U,
         sink: &mut S,
     ) {
-        let pinhole = scene.sensor().is_pinhole();
-        let max = self.max_length();
-        if max == 0 {
-            return;
-        }
-        let weights = Weights::new(self.heuristic, self.techniques, pinhole, false);
-        let config = |mode, max_vertices| WalkConfig {
-            mode,
-            max_vertices,
-            roulette: self.roulette,
-            weights,
-        };
-        let lens = |u: &mut U| if pinhole { [0.0; 2] } else { u.next2() };
-
-        // Sensor subpath z₀ = x_k, z₁, …
-        let sample = scene.sensor().sample(pixel, u.next2(), lens(u));
-        let sensor_walk = config(TransportMode::Radiance, (max + 1).min(self.techniques.max_t()));
-        let mut sensor: Subpath = vec![first_vertex(sample.vertex, scene.sensor().pdf_vertex())];
-        let first = OpenEdge {
-            ray: sample.ray,
-            throughput: Rgb::WHITE,
-            next: NextDensity::Direction(scene.sensor().pdf_direction(sample.ray.d)),
-        };
-        let escaped = if sensor_walk.max_vertices >= 2 {
-            sensor_walk.walk(scene, &mut sensor, first, u, |_, _, _| ())
-        } else {
-            None
-        };
-
-        // Light subpath y₀ = x₀, y₁, …
-        let mut light: Subpath = Vec::new();
-        let emission = scene.sample_emission(u.next(), u.next2(), u.next2());
-        let emitter = emission.map_or(0, |e| e.emitter);
-        let delta = emission.is_some_and(|e| scene.emitters().get(e.emitter).is_delta());
-        let light_walk = WalkConfig {
-            weights: weights.for_emitter(delta),
-            ..config(TransportMode::Importance, max.min(self.techniques.max_s()))
-        };
-        let mut connector =
-            Connector { scene, sink, film: sample.film, light: light_walk, sensor: sensor_walk };
-        if let Some(emission) = emission.filter(|_| light_walk.max_vertices >= 1) {
-            let mut x0 = first_vertex(emission.vertex, emission.pdf);
-            x0.throughput = emission.radiance * (1.0 / emission.pdf.value()) as f32;
-            light.push(x0);
-            let cos_over_pdf = emission.cos as f64 / (emission.pdf.value() * emission.next.value());
-            let first = OpenEdge {
-                ray: emission.ray,
-                throughput: emission.radiance * cos_over_pdf as f32,
-                next: emission.next,
-            };
-            light_walk.walk(scene, &mut light, first, u, |light, edge, length| {
-                if pinhole || light.len() > max {
-                    return;
-                }
-                let Some(p) = scene.sensor().hit_lens(&edge.ray, length) else { return };
-                let lens = Vertex::Sensor { p, n: scene.sensor().axis() };
-                light_walk.push(scene, light, lens, edge, true);
-                connector.hit_lens(light, emitter, edge.ray.d);
-                light.pop();
-            });
-        }
-
-        // t = 1.
-        for n in 1..=light.len().min(max) {
-            let on_lens = lens(u);
-            if light[n - 1].connectible {
-                connector.onto_film(&light[..n], emitter, on_lens);
-            }
-        }
-        // s = 0.
-        for n in 2..=sensor.len() {
-            connector.hit_emitter(&sensor[..n]);
-        }
-        if let Some(edge) = escaped
-            && sensor.len() < sensor_walk.max_vertices
-            && let Some(background) = scene.emitters().background()
-        {
-            let vertex = Vertex::InfiniteEmitter { emitter: background, to: edge.ray.d };
-            sensor_walk.push(scene, &mut sensor, vertex, &edge, false);
-            connector.hit_emitter(&sensor);
-            sensor.pop();
-        }
+        let walks = self.walks(scene);
+        let mut sensor = walks.sensor_subpath(scene, pixel, u);
+        let mut connector = walks.connector(scene, sink, sensor.film);
+        let light = walks.light_subpath(&mut connector, u);
+        walks.onto_film(&mut connector, &light, u);
+        walks.hit_emitters(&mut connector, &mut sensor);
         // s ≥ 1, t ≥ 2.
-        for t in 2..=sensor.len() {
+        for t in 2..=sensor.vertices.len() {
             let (pick, on_emitter) = (u.next(), u.next2());
             let choice = if self.connect == Connect::One { u.next() } else { 0.0 };
-            if !sensor[t - 1].connectible || t > max {
+            let sensor = &sensor.vertices[..t];
+            if !sensor[t - 1].connectible || t > walks.max {
                 continue;
             }
-            connector.next_event(&sensor[..t], pick, on_emitter);
-            let last = light.len().min((max + 1).saturating_sub(t));
-            self.connect_inner(&mut connector, &light[..last], &sensor[..t], emitter, choice);
-        }
-    }
-}
-
-impl Bdpt {
-    /// Techniques (s, t) for every s ≥ 2 and one t ≥ 2.
-    fn connect_inner<S: Sink>(
-        &self,
-        connector: &mut Connector<'_, S>,
-        light: &[subpath::SubpathVertex],
-        sensor: &[subpath::SubpathVertex],
-        emitter: u32,
-        choice: f32,
-    ) {
-        let candidates = (2..=light.len())
-            .filter(|&s| light[s - 1].connectible)
-            .filter_map(|s| connector.inner(&light[..s], sensor));
-        match self.connect {
-            Connect::Full => {
-                for candidate in candidates.collect::<Vec<_>>() {
-                    connector.finish_inner(&candidate, light, sensor, emitter, 1.0);
+            connector.next_event(sensor, pick, on_emitter);
+            let last = light.vertices.len().min((walks.max + 1).saturating_sub(t));
+            match self.connect {
+                Connect::One => {
+                    connector.inner_one(&light.vertices[..last], sensor, light.emitter, choice);
                 }
-            }
-            Connect::One => {
-                let candidates: Vec<_> = candidates.collect();
-                let total: f64 = candidates.iter().map(|c| c.value.max_channel() as f64).sum();
-                let mut x = choice as f64 * total;
-                for candidate in &candidates {
-                    let share = candidate.value.max_channel() as f64;
-                    if x < share {
-                        let scale = (total / share) as f32;
-                        connector.finish_inner(candidate, light, sensor, emitter, scale);
-                        return;
-                    }
-                    x -= share;
-                }
+                _ => connector.inner_all(&light.vertices[..last], sensor, light.emitter),
             }
         }
     }
