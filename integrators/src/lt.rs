@@ -105,8 +105,7 @@ impl PathEstimator for LightTracer {
             });
         }
         // G/p(x₁|x₀) = |cos θ₀|/p_σ, or 1/p_⊥ for a beam.
-        let mut throughput = emission.radiance
-            * (emission.cos as f64 / (emission.pdf.value() * emission.next.value())) as f32;
+        let mut throughput = emission.throughput();
         let mut ray = emission.ray;
         let mut before = emission.vertex;
         let mut next = emission.next;

@@ -103,6 +103,9 @@ impl PathEstimator for PathTracer {
         u: &mut U,
         sink: &mut S,
     ) {
+        if !self.rules.allows(1) {
+            return;
+        }
         let sensor = scene.sensor();
         let on_film = u.next2();
         let on_lens = if sensor.is_pinhole() { [0.0; 2] } else { u.next2() };

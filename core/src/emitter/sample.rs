@@ -43,6 +43,16 @@ pub struct EmissionSample {
     pub cos: f32,
 }
 
+impl EmissionSample {
+    /// L_e |cos θ₀| / p(x₀, direction): the throughput of the light subpath on its way to x₁. 0 for a direction in the
+    /// surface itself, whose density is 0 as well.
+    #[inline]
+    pub fn throughput(&self) -> Rgb {
+        let density = self.pdf.value() * self.next.value();
+        if density > 0.0 { self.radiance * (self.cos as f64 / density) as f32 } else { Rgb::BLACK }
+    }
+}
+
 /// Density of the second vertex of a light subpath as it is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NextDensity {
