@@ -1,0 +1,5 @@
+//! Integration tests of pathspace against exact answers: one binary, a module per subject.
+
+mod extremes;
+mod models;
+mod oracle;

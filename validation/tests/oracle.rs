@@ -1,0 +1,276 @@
+//! L0: densities, weights, values, families and visibility of paths as the integrators make them,
+//! against the plain functions of a whole path.
+
+use glam::{Quat, Vec3};
+use pathspace_core::Scene;
+use pathspace_core::film::RecordingSink;
+use pathspace_core::integrator::PathEstimator;
+use pathspace_core::math::Frame;
+use pathspace_core::mis::Heuristic;
+use pathspace_core::path::{self, PathRecord, Technique, Vertex, WalkRules, ln_density, samplable};
+use pathspace_core::random::{Address, PrimarySample, RandomStream};
+use pathspace_integrators::bdpt::Bdpt;
+use pathspace_integrators::lt::LightTracer;
+use pathspace_integrators::pt::PathTracer;
+
+use crate::models;
+
+const PATHS: usize = 10_000;
+/// Relative, for densities, weights and values.
+const TOLERANCE: f64 = 1e-4;
+
+/// What an integrator promises about its paths.
+struct Arm<'a> {
+    name: &'a str,
+    techniques: fn(usize) -> Vec<Technique>,
+    heuristic: Heuristic,
+    rules: WalkRules,
+}
+
+const RULES: WalkRules = WalkRules { max_length: Some(12), rr_depth: 2 };
+
+fn pt(nee: bool) -> PathTracer {
+    let text = format!("pt:nee={nee},max_depth=12,rr_depth=2");
+    PathTracer::from_spec(&text.parse().unwrap(), &Default::default()).unwrap()
+}
+
+fn lt() -> LightTracer {
+    LightTracer::from_spec(&"lt:max_depth=12,rr_depth=2".parse().unwrap(), &Default::default())
+        .unwrap()
+}
+
+/// Records of at least `count` paths, with the contributions they belong to.
+fn collect(estimator: &impl PathEstimator, scene: &Scene, count: usize) -> RecordingSink {
+    let film = scene.film();
+    let mut sink = RecordingSink::default();
+    for item in 0.. {
+        if sink.records.len() >= count {
+            return sink;
+        }
+        assert!(item < 100 * count as u64, "the integrator finds no paths");
+        let pixel = [item as u32 % film.width, item as u32 / film.width % film.height];
+        let mut u = RandomStream::new(Address { seed: 7, step: 0, item });
+        estimator.estimate(scene, Some(pixel), &mut u, &mut sink);
+    }
+    unreachable!()
+}
+
+/// What the oracle says of a path.
+struct Said {
+    ln_pdf: Option<f64>,
+    weight: f64,
+    /// f of the channels, in logarithms.
+    ln_f: [f64; 3],
+}
+
+fn oracle(scene: &Scene, arm: &Arm, path: &path::Path, technique: Technique) -> Said {
+    let techniques = (arm.techniques)(path.length());
+    let ln: Vec<_> = techniques.iter().map(|t| ln_density(scene, path, *t, &arm.rules)).collect();
+    for (t, ln) in techniques.iter().zip(&ln) {
+        let possible = samplable(scene, path, *t, &arm.rules);
+        assert!(ln.is_none() || possible, "impossible technique {t:?} has a density: {path:?}");
+    }
+    let weights: Vec<f64> = (0..ln.len()).map(|i| arm.heuristic.weight_ln(i, &ln)).collect();
+    let sum = weights.iter().sum::<f64>();
+    assert!(ln.iter().all(Option::is_none) || (sum - 1.0).abs() < 1e-12, "weights sum to {sum}");
+    let own = techniques.iter().position(|t| *t == technique).expect("a technique of the arm");
+    Said {
+        ln_pdf: ln[own],
+        weight: weights[own],
+        ln_f: path::contribution(scene, path).map(f64::ln),
+    }
+}
+
+/// Largest differences (density, weight, value) that the rounding of the vertices explains: the
+/// oracle on paths whose vertices were moved by some rounding errors and offsets of ray origins.
+/// `None` where such a step leaves the space of paths: vertices in a corner, as close as offsets.
+fn rounding(scene: &Scene, arm: &Arm, record: &PathRecord, said: &Said) -> Option<[f64; 3]> {
+    let mut u = RandomStream::new(Address { seed: 1, step: 0, item: 0 });
+    let mut shake = |p: Vec3| {
+        let d = Vec3::from([0, 1, 2].map(|_| 2.0 * u.next() - 1.0));
+        p + d * (3.0 * f32::EPSILON)
+    };
+    // A direction off by a rounding error of its ends, as seen from a vertex.
+    let shortest = record.path.vertices.windows(2).map(|w| w[0].edge_to(&w[1]).distance2().sqrt());
+    let angle = (1.0 / shortest.fold(1.0, f64::min)) as f32;
+    let mut largest = [0.0_f64; 3];
+    let mut paths = 0;
+    for _ in 0..24 {
+        let mut path = record.path.clone();
+        for v in &mut path.vertices {
+            match v {
+                Vertex::Surface(s) => {
+                    // Rays leave from a point pushed off the surface.
+                    let off = s.n_g * (3.0 * s.error * shake(Vec3::ZERO).x / (3.0 * f32::EPSILON));
+                    s.p = shake(s.p) + off;
+                    let turn = Quat::from_scaled_axis(shake(Vec3::ZERO) * angle);
+                    s.n_g = turn * s.n_g;
+                    s.frame =
+                        Frame { s: turn * s.frame.s, t: turn * s.frame.t, n: turn * s.frame.n };
+                }
+                Vertex::InfiniteEmitter { to, .. } => *to = shake(*to).normalize(),
+                Vertex::PointEmitter { .. } | Vertex::Sensor { .. } => {}
+            }
+        }
+        let moved = oracle(scene, arm, &path, record.technique);
+        let (Some(a), Some(b)) = (said.ln_pdf, moved.ln_pdf) else { continue };
+        paths += 1;
+        largest[0] = largest[0].max((a - b).abs());
+        largest[1] = largest[1].max((said.weight - moved.weight).abs());
+        for c in 0..3 {
+            let d = (said.ln_f[c] - a - moved.ln_f[c] + b).abs();
+            largest[2] = largest[2].max(if d.is_nan() { 0.0 } else { d });
+        }
+    }
+    // The integrator's own densities are off by as much, each by itself: dw = β w (1 − w) d ln p.
+    largest[1] += 2.0 * largest[0] * said.weight * (1.0 - said.weight);
+    (paths >= 12).then_some(largest)
+}
+
+fn check(scene: &Scene, arm: &Arm, record: &PathRecord, stats: &mut Stats) {
+    let path = &record.path;
+    assert!(samplable(scene, path, record.technique, &arm.rules), "can not be made: {record:?}");
+    let said = oracle(scene, arm, path, record.technique);
+    let Some(ln) = said.ln_pdf else {
+        // The directions of a very short edge are not near enough to those of a delta lobe.
+        stats.no_density += 1;
+        return;
+    };
+    let largest = record.value.max_channel() as f64;
+    let values = said.ln_f.map(|f| (f - ln).exp() * record.weight);
+    let mut errors = [(ln - record.ln_pdf).abs(), (said.weight - record.weight).abs(), 0.0];
+    for (expected, value) in values.iter().zip(record.value.to_array()) {
+        errors[2] = f64::max(errors[2], (expected - value as f64).abs() / largest);
+    }
+    stats.checked += 1;
+    if errors.iter().any(|e| !(*e <= TOLERANCE)) {
+        stats.shaken += 1;
+        let Some(explained) = rounding(scene, arm, record, &said) else {
+            stats.degenerate += 1;
+            return;
+        };
+        if errors.iter().zip(explained).any(|(e, x)| !(*e <= TOLERANCE + x)) {
+            stats.fail(format!("{errors:?}, rounding explains {explained:?}: {record:?}"));
+        }
+    }
+    for w in path.vertices.windows(2) {
+        let visible = scene.visible(&w[0], &w[1]);
+        assert_eq!(visible, scene.visible(&w[1], &w[0]), "V is not symmetric");
+        stats.edges += 1;
+        stats.hidden += usize::from(!visible);
+    }
+}
+
+#[derive(Default)]
+struct Stats {
+    /// Paths.
+    checked: usize,
+    /// Paths that needed a look at rounding.
+    shaken: usize,
+    /// Paths too close to an edge for the oracle to say anything.
+    degenerate: usize,
+    /// Paths that the oracle gives no density, although the technique could make them.
+    no_density: usize,
+    failures: Vec<String>,
+    edges: usize,
+    hidden: usize,
+}
+
+impl Stats {
+    fn fail(&mut self, what: String) {
+        self.failures.push(what);
+    }
+}
+
+fn run(name: &str, scene: &Scene, arm: &Arm, estimator: &impl PathEstimator) -> usize {
+    let sink = collect(estimator, scene, PATHS);
+    let mut stats = Stats::default();
+    let mut longest = 0;
+    for (record, contribution) in sink.records.iter().zip(&sink.contributions) {
+        longest = longest.max(record.path.length());
+        check(scene, arm, record, &mut stats);
+        let families = path::families(scene, &record.path, &arm.rules);
+        if families != contribution.families {
+            let told = contribution.families;
+            stats.fail(format!("families {told:?}, oracle {families:?}: {record:?}"));
+        }
+    }
+    let Stats { checked, shaken, degenerate, no_density, mut failures, edges, hidden } = stats;
+    println!(
+        "{name}, {}: {checked} paths up to length {longest}, {shaken} beyond {TOLERANCE}, \
+         {degenerate} degenerate, {no_density} without density, {} not explained by rounding; \
+         {hidden} of {edges} edges hidden",
+        arm.name,
+        failures.len()
+    );
+    // A ray that just touches an edge may be seen differently from its two ends.
+    if hidden * 10_000 > edges || (degenerate + no_density) * 500 > checked {
+        failures.push("too many hidden edges or degenerate paths".into());
+    }
+    for f in failures.iter().take(5) {
+        println!("  {f}");
+    }
+    failures.len()
+}
+
+fn run_all(arm: &Arm, estimator: &impl PathEstimator) {
+    let failures: usize =
+        models::all().iter().map(|(name, scene)| run(name, scene, arm, estimator)).sum();
+    assert_eq!(failures, 0, "{}", arm.name);
+}
+
+#[test]
+fn path_tracer_agrees_with_the_oracle() {
+    let arm = Arm {
+        name: "pt",
+        // The sensor itself does no next-event estimation.
+        techniques: |k| (0..2.min(k)).map(|s| Technique::new(s, k + 1 - s)).collect(),
+        heuristic: Heuristic::Power { beta: 2.0 },
+        rules: RULES,
+    };
+    run_all(&arm, &pt(true));
+}
+
+#[test]
+fn path_tracer_without_next_event_agrees_with_the_oracle() {
+    let arm = Arm {
+        name: "pt:nee=false",
+        techniques: |k| vec![Technique::new(0, k + 1)],
+        heuristic: Heuristic::Balance,
+        rules: RULES,
+    };
+    run_all(&arm, &pt(false));
+}
+
+#[test]
+fn light_tracer_agrees_with_the_oracle() {
+    let arm = Arm {
+        name: "lt",
+        techniques: |k| vec![Technique::new(k, 1)],
+        heuristic: Heuristic::Balance,
+        rules: RULES,
+    };
+    run_all(&arm, &lt());
+}
+
+fn bdpt(options: &str, heuristic: Heuristic) {
+    let spec = format!("bdpt:max_depth=8,{options}").parse().unwrap();
+    let bdpt = Bdpt::from_spec(&spec, &Default::default()).unwrap();
+    let arm = Arm {
+        name: "bdpt",
+        techniques: |k| (0..k + 2).map(|s| Technique::new(s, k + 1 - s)).collect(),
+        heuristic,
+        rules: bdpt.rules(),
+    };
+    run_all(&arm, &bdpt);
+}
+
+#[test]
+fn bidirectional_path_tracer_with_roulette_agrees_with_the_oracle() {
+    bdpt("heuristic=power,roulette=true", Heuristic::Power { beta: 2.0 });
+}
+
+#[test]
+fn bidirectional_path_tracer_without_roulette_agrees_with_the_oracle() {
+    bdpt("heuristic=balance,roulette=false", Heuristic::Balance);
+}
