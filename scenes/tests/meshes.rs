@@ -185,7 +185,7 @@ fn ply(encoding: &str) -> Vec<u8> {
     )
     .into_bytes();
     let little = encoding.contains("little");
-    let vertices = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let vertices: [[f32; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     macro_rules! put {
         ($value:expr) => {
             out.extend(if little {
@@ -203,8 +203,8 @@ fn ply(encoding: &str) -> Vec<u8> {
         return out;
     }
     for [x, y] in vertices {
-        put!(x as f64);
-        for value in [y as f32, 0.0, 0.0, 0.0, 2.0] {
+        put!(f64::from(x));
+        for value in [y, 0.0, 0.0, 0.0, 2.0] {
             put!(value);
         }
         out.push(255);
