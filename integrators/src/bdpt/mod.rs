@@ -81,8 +81,10 @@ impl Bdpt {
         let bdpt = Bdpt {
             techniques: options.techniques()?,
             heuristic: options.heuristic(Heuristic::Power { beta: 2.0 })?,
-            connect: options
-                .choice("connect", &[("full", Connect::Full), ("one", Connect::One)])?,
+            connect: options.choice(
+                "connect",
+                &[("full", Connect::Full), ("one", Connect::One), ("cache", Connect::Cache)],
+            )?,
             roulette: options.boolean("roulette", max_length.is_none_or(|k| k > ROULETTE_FROM))?
                 || max_length.is_none(),
             max_length,
