@@ -233,7 +233,10 @@ fn cube_corner(index: usize) -> DVec3 {
     DVec3::new(c(0), c(1), c(2))
 }
 
-/// Corners of each face counter-clockwise from outside, first edge along ∂p/∂u.
+/// Own axis along ±∂p/∂u of each face, as Mitsuba lays its texture coordinates.
+const CUBE_TANGENTS: [usize; 6] = [1, 1, 2, 0, 1, 1];
+
+/// Corners of each face counter-clockwise from outside.
 const CUBE_FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2], // −x
     [5, 1, 3, 7], // +x
@@ -361,7 +364,10 @@ impl Builder {
             area += (b - a).cross(d - a).length();
             cdf[i] = area;
             let own: DVec3 = corner.iter().map(|&c| cube_corner(c)).sum::<DVec3>() * 0.25;
-            faces[i] = Face { n: (normal * own).normalize().as_vec3(), dp_du: (b - a).as_vec3() };
+            faces[i] = Face {
+                n: (normal * own).normalize().as_vec3(),
+                dp_du: t.matrix3.col(CUBE_TANGENTS[i]).as_vec3(),
+            };
         }
         (first, ShapeKind::Cube { faces, cdf: cdf.map(|c| c / area) }, area)
     }

@@ -208,7 +208,10 @@ impl Scene {
                     let n = &mesh.normals;
                     (n[i0] * (1.0 - b1 - b2) + n[i1] * b1 + n[i2] * b2).normalize_or(n_g)
                 };
-                let dp_du = if tangent && !mesh.uvs.is_empty() {
+                let dp_du = if tangent && mesh.uvs.is_empty() {
+                    // Mitsuba's choice where there are no texture coordinates.
+                    v1 - v0
+                } else if tangent {
                     let (a, b) = (mesh.uvs[i1] - mesh.uvs[i0], mesh.uvs[i2] - mesh.uvs[i0]);
                     let det = a.x * b.y - a.y * b.x;
                     if det == 0.0 { Vec3::ZERO } else { ((v1 - v0) * b.y - (v2 - v0) * a.y) / det }
