@@ -40,9 +40,19 @@ pub(super) trait Lanes: Copy {
 #[repr(align(32))]
 pub(super) struct Portable([f32; 8]);
 
-#[inline(always)]
-fn zip<T: Copy, R>(a: [T; 8], b: [T; 8], f: impl Fn(T, T) -> R) -> [R; 8] {
-    std::array::from_fn(|i| f(a[i], b[i]))
+/// Array of `$f` over the lanes; a loop that the compiler unrolls and vectorises.
+macro_rules! lanes {
+    (|$a:ident, $b:ident| $f:expr; $x:expr, $y:expr) => {{
+        let (x, y) = ($x, $y);
+        let mut out = [Default::default(); 8];
+        let mut i = 0;
+        while i < 8 {
+            let ($a, $b) = (x[i], y[i]);
+            out[i] = $f;
+            i += 1;
+        }
+        out
+    }};
 }
 
 impl Lanes for Portable {
@@ -62,51 +72,57 @@ impl Lanes for Portable {
     }
     #[inline(always)]
     fn add(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| a + b))
+        Portable(lanes!(|a, b| a + b; self.0, b.0))
     }
     #[inline(always)]
     fn sub(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| a - b))
+        Portable(lanes!(|a, b| a - b; self.0, b.0))
     }
     #[inline(always)]
     fn mul(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| a * b))
+        Portable(lanes!(|a, b| a * b; self.0, b.0))
     }
     #[inline(always)]
     fn div(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| a / b))
+        Portable(lanes!(|a, b| a / b; self.0, b.0))
     }
     #[inline(always)]
     fn max(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| if a > b { a } else { b }))
+        Portable(lanes!(|a, b| if a > b { a } else { b }; self.0, b.0))
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
-        Portable(zip(self.0, b.0, |a, b| if a < b { a } else { b }))
+        Portable(lanes!(|a, b| if a < b { a } else { b }; self.0, b.0))
     }
     #[inline(always)]
     fn le(self, b: Self) -> [u32; 8] {
-        zip(self.0, b.0, |a, b| if a <= b { u32::MAX } else { 0 })
+        lanes!(|a, b| if a <= b { u32::MAX } else { 0 }; self.0, b.0)
     }
     #[inline(always)]
     fn lt(self, b: Self) -> [u32; 8] {
-        zip(self.0, b.0, |a, b| if a < b { u32::MAX } else { 0 })
+        lanes!(|a, b| if a < b { u32::MAX } else { 0 }; self.0, b.0)
     }
     #[inline(always)]
     fn ne(self, b: Self) -> [u32; 8] {
-        zip(self.0, b.0, |a, b| if a != b { u32::MAX } else { 0 })
+        lanes!(|a, b| if a != b { u32::MAX } else { 0 }; self.0, b.0)
     }
     #[inline(always)]
     fn and(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
-        zip(a, b, |a, b| a & b)
+        lanes!(|a, b| a & b; a, b)
     }
     #[inline(always)]
     fn or(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
-        zip(a, b, |a, b| a | b)
+        lanes!(|a, b| a | b; a, b)
     }
     #[inline(always)]
     fn bits(m: [u32; 8]) -> u32 {
-        (0..8).fold(0, |bits, i| bits | (m[i] & 1 << i))
+        let mut bits = 0;
+        let mut i = 0;
+        while i < 8 {
+            bits |= m[i] & 1 << i;
+            i += 1;
+        }
+        bits
     }
     #[inline(always)]
     fn prefetch<T>(_p: *const T) {}

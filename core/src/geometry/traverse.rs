@@ -40,13 +40,16 @@ struct Setup<L> {
     last: f32,
 }
 
+// The methods are spelt out instead of mapping arrays: closures and library functions do not take on
+// the target features of their caller, and where they are not inlined every lane operation in them
+// would be a call.
 impl<L: Lanes> Setup<L> {
     /// `None` for rays that hit nothing by definition: not finite, without direction, empty
     /// interval.
     #[inline(always)]
     fn new(ray: &Ray, extent: f32) -> Option<Self> {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
-        let a = d.map(f32::abs);
+        let a = [d[0].abs(), d[1].abs(), d[2].abs()];
         let z = if a[0] > a[1] {
             if a[0] > a[2] { 0 } else { 2 }
         } else if a[1] > a[2] {
@@ -67,15 +70,28 @@ impl<L: Lanes> Setup<L> {
         const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
         let (x, y) = (NEXT[z + 1], NEXT[z + 2]);
         let slack = SLACK * (extent + o[0].abs().max(o[1].abs()).max(o[2].abs()));
-        let rd = d.map(|d| 1.0 / d);
-        let back = d.map(|d| d.is_sign_negative());
+        let rd = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let sz = rd[z];
+        let (bx, by, bz) = (
+            3 * usize::from(d[0].is_sign_negative()),
+            3 * usize::from(d[1].is_sign_negative()),
+            3 * usize::from(d[2].is_sign_negative()),
+        );
+        let shift = [slack.copysign(d[0]), slack.copysign(d[1]), slack.copysign(d[2])];
         Some(Setup {
-            near: [0, 1, 2].map(|i| if back[i] { i + 3 } else { i }),
-            far: [0, 1, 2].map(|i| if back[i] { i } else { i + 3 }),
-            o_near: [0, 1, 2].map(|i| L::splat(o[i] + slack.copysign(d[i]))),
-            o_far: [0, 1, 2].map(|i| L::splat(o[i] - slack.copysign(d[i]))),
-            rd: rd.map(L::splat),
+            near: [bx, 1 + by, 2 + bz],
+            far: [3 - bx, 4 - by, 5 - bz],
+            o_near: [
+                L::splat(o[0] + shift[0]),
+                L::splat(o[1] + shift[1]),
+                L::splat(o[2] + shift[2]),
+            ],
+            o_far: [
+                L::splat(o[0] - shift[0]),
+                L::splat(o[1] - shift[1]),
+                L::splat(o[2] - shift[2]),
+            ],
+            rd: [L::splat(rd[0]), L::splat(rd[1]), L::splat(rd[2])],
             tmin: L::splat(tmin),
             axis: [x, y, z],
             o: [L::splat(o[x]), L::splat(o[y]), L::splat(o[z])],
@@ -89,27 +105,32 @@ impl<L: Lanes> Setup<L> {
     /// a plane of the box) makes `max` and `min` keep their second argument, the slab so far.
     #[inline(always)]
     fn enter(&self, node: &Node, last: L) -> (u32, L) {
-        let at = |row: usize, o: L, rd: L| L::load(&node.rows[row]).sub(o).mul(rd);
         let mut near = self.tmin;
         let mut far = last;
         for i in 0..3 {
-            near = at(self.near[i], self.o_near[i], self.rd[i]).max(near);
-            far = at(self.far[i], self.o_far[i], self.rd[i]).min(far);
+            let (n, f) = (&node.rows[self.near[i]], &node.rows[self.far[i]]);
+            near = L::load(n).sub(self.o_near[i]).mul(self.rd[i]).max(near);
+            far = L::load(f).sub(self.o_far[i]).mul(self.rd[i]).min(far);
         }
         (L::bits(near.le(far)), near)
+    }
+
+    /// Corner `c` of eight triangles in the sheared frame, z not yet scaled.
+    #[inline(always)]
+    fn shear(&self, block: &Block, c: usize) -> (L, L, L) {
+        let [kx, ky, kz] = self.axis;
+        let z = L::load(&block.rows[3 * c + kz]).sub(self.o[2]);
+        let x = L::load(&block.rows[3 * c + kx]).sub(self.o[0]).sub(self.shear[0].mul(z));
+        let y = L::load(&block.rows[3 * c + ky]).sub(self.o[1]).sub(self.shear[1].mul(z));
+        (x, y, z)
     }
 
     /// Woop's test of eight triangles: lanes with a hit at `tmin` < t ≤ `last`.
     #[inline(always)]
     fn hits(&self, block: &Block, last: L) -> (u32, BlockHits<L>) {
-        let [kx, ky, kz] = self.axis;
-        let corner = |c: usize| {
-            let z = L::load(&block.rows[3 * c + kz]).sub(self.o[2]);
-            let x = L::load(&block.rows[3 * c + kx]).sub(self.o[0]).sub(self.shear[0].mul(z));
-            let y = L::load(&block.rows[3 * c + ky]).sub(self.o[1]).sub(self.shear[1].mul(z));
-            (x, y, z)
-        };
-        let ((xa, ya, za), (xb, yb, zb), (xc, yc, zc)) = (corner(0), corner(1), corner(2));
+        let (xa, ya, za) = self.shear(block, 0);
+        let (xb, yb, zb) = self.shear(block, 1);
+        let (xc, yc, zc) = self.shear(block, 2);
         let u = xc.mul(yb).sub(yc.mul(xb));
         let v = xa.mul(yc).sub(ya.mul(xc));
         let w = xb.mul(ya).sub(yb.mul(xa));
