@@ -17,6 +17,7 @@ use pathspace_core::measure::{Density, Mass, SolidAngle};
 use pathspace_core::path::{Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
 
 use super::subpath::{SubpathVertex, WalkConfig};
+use super::verify::verify;
 use super::weight::{Side, WeightState};
 
 /// One pair of subpaths and the sink.
@@ -378,6 +379,9 @@ impl<S: Sink> Connector<'_, S> {
         weight: f64,
         ln_extra: f64,
     ) {
+        if cfg!(debug_assertions) {
+            verify(self.scene, &self.light, light, sensor, weight);
+        }
         self.sink.add(contribution);
         if S::RECORDS_PATHS {
             let vertices = light.iter().chain(sensor.iter().rev());

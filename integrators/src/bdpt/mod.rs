@@ -9,6 +9,7 @@
 //! | both subpaths of a sample, and the techniques that need one of them | `walks` |
 //! | the techniques | `connect` |
 //! | connections to a cache of light vertices | `cache` |
+//! | debug builds check weights against the oracle | `verify` |
 //! | weights, O(1) per connection | `weight` |
 //! | which techniques take part | `techniques` |
 
@@ -16,6 +17,7 @@ mod cache;
 mod connect;
 mod subpath;
 mod techniques;
+mod verify;
 mod walks;
 mod weight;
 

@@ -1,0 +1,54 @@
+//! Debug builds recompute one in every [`EVERY`] weights by the oracle (after Mitsuba 0.6, `verification.cpp`).
+
+use std::cell::Cell;
+
+use pathspace_core::Scene;
+use pathspace_core::path::{Path, Technique, WalkRules, ln_density};
+
+use super::subpath::{SubpathVertex, WalkConfig};
+
+/// How seldom: the oracle takes the time of thousands of weights.
+const EVERY: u64 = 1024;
+
+/// Largest difference: geometry is `f32`, and one direction may be the difference of two close positions.
+const TOLERANCE: f64 = 1e-3;
+
+thread_local! {
+    static SEEN: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Compares a weight with the oracle's, now and then.
+///
+/// # Panics
+/// Where they differ: a bug in the running sums.
+pub(super) fn verify(
+    scene: &Scene,
+    config: &WalkConfig,
+    light: &[SubpathVertex],
+    sensor: &[SubpathVertex],
+    weight: f64,
+) {
+    let seen = SEEN.with(|n| n.replace(n.get() + 1));
+    if !seen.is_multiple_of(EVERY) {
+        return;
+    }
+    let vertices: Vec<_> = light.iter().chain(sensor.iter().rev()).map(|v| v.vertex).collect();
+    let path = Path { vertices };
+    let rules =
+        WalkRules { max_length: None, rr_depth: if config.roulette { 1 } else { u32::MAX } };
+    let k = path.length();
+    let densities: Vec<_> = (0..=k + 1)
+        .map(|s| {
+            let t = k + 1 - s;
+            let on = config.weights.techniques.contains(s, t);
+            on.then(|| ln_density(scene, &path, Technique::new(s, t), &rules)).flatten()
+        })
+        .collect();
+    let oracle = config.weights.heuristic.weight_ln(light.len(), &densities);
+    assert!(
+        (oracle - weight).abs() <= TOLERANCE,
+        "weight {weight} of technique ({}, {}) should be {oracle}: {path:?}",
+        light.len(),
+        sensor.len()
+    );
+}
