@@ -54,6 +54,16 @@ def rewrite(source: pathlib.Path, folder: pathlib.Path, size: int, depth: int | 
     return path
 
 
+def max_depth(path: pathlib.Path) -> int:
+    """The depth that the file asks for; −1 is unlimited."""
+    root = ET.parse(path).getroot()
+    defaults = {"$" + d.get("name"): d.get("value") for d in root.iter("default")}
+    for integer in root.findall("integrator/integer"):
+        if integer.get("name") == "max_depth":
+            return int(defaults.get(integer.get("value"), integer.get("value")))
+    return -1
+
+
 def tiles(image: np.ndarray, n: int = 16) -> np.ndarray:
     y = image[..., :3].astype(np.float64) @ LUMINANCE
     h, w = y.shape
@@ -121,9 +131,7 @@ def main() -> int:
                     report = json.loads(done.stdout.strip().splitlines()[-1])
                     seconds_a += report["seconds"]
                     a.append(np.array(mi.Bitmap(str(out)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32)))
-                integrator = ET.parse(path).getroot().find("integrator")
-                depth = {c.get("name"): int(c.get("value")) for c in integrator if c.tag == "integer"}
-                theirs = mi.load_dict({"type": PAIRS[ours], "max_depth": depth.get("max_depth", -1)})
+                theirs = mi.load_dict({"type": PAIRS[ours], "max_depth": max_depth(path)})
                 np.array(mi.render(scene, integrator=theirs, spp=1, seed=999))
                 b, seconds_b = [], 0.0
                 for r in range(options.replicates):
