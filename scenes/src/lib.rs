@@ -22,6 +22,7 @@
 #![warn(missing_docs)]
 
 pub mod error;
+pub mod library;
 mod load;
 mod mesh;
 mod plugins;

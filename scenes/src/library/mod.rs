@@ -1,0 +1,81 @@
+//! The library of scenes: our own, as Mitsuba 3 XML with generated meshes.
+//!
+//! The XML is part of the binary; every mesh is computed when asked for, by the generators of
+//! [`mesh`], [`revolve`] and [`heightfield`], so that what is rendered from memory and what
+//! [`LibraryScene::export`] writes are the same bytes.
+//!
+//! ```
+//! let scene = pathspace_scenes::library::find("ring-caustic").unwrap();
+//! let files = scene.files();
+//! assert_eq!(files[0].path, "scene.xml");
+//! assert_eq!(files[1].path, "models/ring.obj");
+//! ```
+
+mod catalogue;
+mod export;
+pub mod heightfield;
+pub mod mesh;
+mod models;
+pub mod revolve;
+#[cfg(test)]
+mod tests;
+
+pub use export::LibraryError;
+
+use mesh::Mesh;
+
+/// A scene of the library.
+///
+/// All scenes take the parameters `res` (pixels a side), `spp`, `max_depth` (Mitsuba's meaning:
+/// 1 = emission only, −1 = unlimited) and `integrator`; some take more, named at the top of
+/// their XML.
+#[derive(Debug)]
+pub struct LibraryScene {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What the scene shows and what is hard about it, one sentence.
+    pub summary: &'static str,
+    xml: &'static str,
+    meshes: &'static [(&'static str, fn() -> Mesh)],
+}
+
+/// A file of a scene, in memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneFile {
+    /// Path relative to the scene's directory, with `/` between its parts.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// All scenes of the library, the one that `pathspace` shows first in front.
+pub fn all() -> &'static [LibraryScene] {
+    catalogue::SCENES
+}
+
+/// The scene called `name`, if there is one.
+pub fn find(name: &str) -> Option<&'static LibraryScene> {
+    all().iter().find(|scene| scene.name == name)
+}
+
+impl LibraryScene {
+    /// The scene as Mitsuba 3 XML; it refers to its meshes by paths relative to itself.
+    pub fn xml(&self) -> &'static str {
+        self.xml
+    }
+
+    /// The meshes with the paths by which the XML refers to them.
+    pub fn meshes(&self) -> impl Iterator<Item = (&'static str, Mesh)> {
+        self.meshes.iter().map(|(path, generate)| (*path, generate()))
+    }
+
+    /// All files of the scene: `scene.xml`, then its meshes as OBJ.
+    pub fn files(&self) -> Vec<SceneFile> {
+        let xml = SceneFile { path: "scene.xml".into(), bytes: self.xml.as_bytes().to_vec() };
+        let meshes = self.meshes().map(|(path, mesh)| SceneFile {
+            path: path.into(),
+            bytes: mesh.to_obj().into_bytes(),
+        });
+        std::iter::once(xml).chain(meshes).collect()
+    }
+}
