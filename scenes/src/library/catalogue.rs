@@ -20,7 +20,10 @@ pub(super) const SCENES: &[LibraryScene] = &[
         "cornell-caustic",
         "A glass ball and a mirror block under a small light: caustics on the floor and the walls."
     ),
-    scene!("cornell-box", "Two blocks in a room with coloured walls: plain diffuse light transport."),
+    scene!(
+        "cornell-box",
+        "Two blocks in a room with coloured walls: plain diffuse light transport."
+    ),
     scene!(
         "mis-plates",
         "Plates from nearly smooth to rough under balls of light from small to large, after Veach \

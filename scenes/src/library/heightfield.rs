@@ -12,19 +12,11 @@ pub fn heightfield(half: f64, cells: usize, surface: impl Fn(f64, f64) -> (f64, 
     let corner = |i: usize, k: usize| {
         let (x, z) = (place(i), place(k));
         let (h, gradient) = surface(x, z);
-        Corner {
-            position: DVec3::new(x, h, z),
-            normal: DVec3::new(-gradient.x, 1.0, -gradient.y),
-        }
+        Corner { position: DVec3::new(x, h, z), normal: DVec3::new(-gradient.x, 1.0, -gradient.y) }
     };
     for k in 0..cells {
         for i in 0..cells {
-            builder.quad([
-                corner(i, k),
-                corner(i, k + 1),
-                corner(i + 1, k + 1),
-                corner(i + 1, k),
-            ]);
+            builder.quad([corner(i, k), corner(i, k + 1), corner(i + 1, k + 1), corner(i + 1, k)]);
         }
     }
     builder.build()

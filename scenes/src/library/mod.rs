@@ -22,7 +22,12 @@ mod tests;
 
 pub use export::LibraryError;
 
+use std::path::Path;
+
 use mesh::Mesh;
+
+use crate::source::Memory;
+use crate::{LoadedScene, SceneFileError};
 
 /// A scene of the library.
 ///
@@ -69,13 +74,25 @@ impl LibraryScene {
         self.meshes.iter().map(|(path, generate)| (*path, generate()))
     }
 
+    /// Reads the scene from memory, with `params` for its `default`s, as [`crate::load`] reads
+    /// the exported files.
+    ///
+    /// # Errors
+    /// A parameter whose value does not fit where it is used.
+    pub fn load(&self, params: &[(String, String)]) -> Result<LoadedScene, SceneFileError> {
+        let mut source = Memory::new();
+        for file in self.files() {
+            source.insert(Path::new(self.name).join(file.path), file.bytes);
+        }
+        crate::load_from(&source, &Path::new(self.name).join("scene.xml"), params)
+    }
+
     /// All files of the scene: `scene.xml`, then its meshes as OBJ.
     pub fn files(&self) -> Vec<SceneFile> {
         let xml = SceneFile { path: "scene.xml".into(), bytes: self.xml.as_bytes().to_vec() };
-        let meshes = self.meshes().map(|(path, mesh)| SceneFile {
-            path: path.into(),
-            bytes: mesh.to_obj().into_bytes(),
-        });
+        let meshes = self
+            .meshes()
+            .map(|(path, mesh)| SceneFile { path: path.into(), bytes: mesh.to_obj().into_bytes() });
         std::iter::once(xml).chain(meshes).collect()
     }
 }

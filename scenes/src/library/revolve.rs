@@ -118,12 +118,7 @@ impl Profile {
                 let (p, q) = (pair[0], pair[1]);
                 for j in 0..segments {
                     let next = j + 1;
-                    builder.quad([
-                        corner(p, j),
-                        corner(q, j),
-                        corner(q, next),
-                        corner(p, next),
-                    ]);
+                    builder.quad([corner(p, j), corner(q, j), corner(q, next), corner(p, next)]);
                 }
             }
         }
