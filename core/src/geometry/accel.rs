@@ -1,6 +1,7 @@
 //! The public face of the tree.
 
 use super::layout::{Block, Node, Tree};
+use super::offset;
 use super::primitives::PrimRef;
 use super::{GeometryError, Primitives, build, lanes, traverse};
 use crate::math::Ray;
@@ -42,6 +43,8 @@ pub struct Accel {
     prims: Primitives,
     /// Largest magnitude of any coordinate of the bounds.
     extent: f32,
+    /// Error of the intersection test per triangle.
+    triangle_errors: Vec<f32>,
     wide: bool,
 }
 
@@ -58,7 +61,8 @@ impl Accel {
         let disks =
             prims.disks.iter().map(|d| (d.center.abs() + d.u.abs() + d.v.abs()).max_element());
         let extent = corners.chain(spheres).chain(disks).fold(0.0, f32::max);
-        Ok(Accel { tree, prims, extent, wide: has_avx2() })
+        let triangle_errors = prims.triangles.iter().map(offset::triangle_error).collect();
+        Ok(Accel { tree, prims, extent, triangle_errors, wide: has_avx2() })
     }
 
     /// The primitives the tree was built of.
@@ -121,6 +125,12 @@ impl Accel {
         self.extent
     }
 
+    #[inline]
+    pub(super) fn triangle_error(&self, prim: u32) -> f32 {
+        self.triangle_errors[prim as usize]
+    }
+
+    #[inline]
     pub(super) fn prim(&self, prim: u32) -> Option<PrimRef<'_>> {
         self.prims.get(prim)
     }

@@ -15,6 +15,7 @@ impl Accel {
     /// rounded once.
     ///
     /// A hit that is not of this tree gives o + t·d.
+    #[inline]
     pub fn position(&self, hit: &Hit, ray: &Ray) -> Vec3 {
         let (b1, b2) = (f64::from(hit.b1), f64::from(hit.b2));
         match self.prim(hit.prim) {
@@ -58,20 +59,21 @@ impl Accel {
     /// point `p` so that it does not meet the same primitive again: a bound on the distance of `p`
     /// from the surface, plus what the intersection test errs seen from near `p` and from the
     /// other end of a segment.
+    #[inline]
     pub fn error_bound(&self, prim: u32, p: Vec3) -> f32 {
         // Rounding of p: half an ulp in each of three coordinates, √3 in all, and some for the
         // normal's own rounding.
         let rounding = 2.0 * U * p.abs().max_element();
         let far = FAR_ERROR * U * self.extent();
         match self.prim(prim) {
-            Some(PrimRef::Triangle(tri)) => rounding + far + triangle_error(tri),
+            Some(PrimRef::Triangle(_)) => rounding + far + self.triangle_error(prim),
             _ => rounding + far,
         }
     }
 }
 
 /// Error of the triangle test for origins near the triangle, as a distance across it.
-fn triangle_error(&[a, b, c]: &[Vec3; 3]) -> f32 {
+pub(super) fn triangle_error(&[a, b, c]: &[Vec3; 3]) -> f32 {
     let (e, f, g) = (b - a, c - a, c - b);
     let length2 = e.length_squared().max(f.length_squared()).max(g.length_squared());
     let area2 = e.cross(f).length();
@@ -95,19 +97,14 @@ const MAX_SLIMNESS: f32 = 16.0;
 /// Pushes the origin `p` of a ray off the surface with unit normal `n_g`, by `bound` to the side
 /// into which the direction `toward` points, and rounds every coordinate away from the surface
 /// (Pharr, Jakob & Humphreys 2023, "Physically Based Rendering", 4th ed., §6.8.6).
+#[inline]
 pub fn offset_origin(p: Vec3, n_g: Vec3, bound: f32, toward: Vec3) -> Vec3 {
     let side = if toward.dot(n_g) < 0.0 { -n_g } else { n_g };
-    let away = |p: f32, n: f32| {
-        let q = p + bound * n;
-        if n > 0.0 {
-            q.next_up()
-        } else if n < 0.0 {
-            q.next_down()
-        } else {
-            q
-        }
-    };
-    Vec3::new(away(p.x, side.x), away(p.y, side.y), away(p.z, side.z))
+    let q = p + side * bound;
+    // At least one ulp and at most two, without a branch per coordinate.
+    let ulp = q.abs() * (2.0 * U);
+    let sign = |n: f32| f32::from(n > 0.0) - f32::from(n < 0.0);
+    q + Vec3::new(sign(side.x), sign(side.y), sign(side.z)) * ulp
 }
 
 /// Ray for the visibility of two points that were pushed off their surfaces: o + t·d with t in
