@@ -1,0 +1,8 @@
+//! Integration tests of the reader: one binary, a module per subject.
+
+mod bad_input;
+mod meshes;
+mod mutated;
+mod plugins;
+mod references;
+mod shared_scenes;
