@@ -1,7 +1,6 @@
 //! The list of scenes.
 
-use super::LibraryScene;
-use super::models;
+use super::{LibraryScene, MeshFile, models};
 
 /// A scene whose XML is `scenes/library/NAME/scene.xml`.
 macro_rules! scene {
@@ -10,7 +9,7 @@ macro_rules! scene {
             name: $name,
             summary: $summary,
             xml: include_str!(concat!("../../library/", $name, "/scene.xml")),
-            meshes: &[$(($path, $generate)),*],
+            meshes: &[$(MeshFile { path: $path, generate: $generate }),*],
         }
     };
 }
@@ -44,7 +43,8 @@ pub(super) const SCENES: &[LibraryScene] = &[
     ),
     scene!(
         "ring-caustic",
-        "A polished ring on a table: the light reflected inside it gathers on a nephroid.",
+        "A polished ring on a table: the light reflected inside it gathers on a curve between \
+         nephroid and cardioid.",
         "models/ring.obj" => models::ring
     ),
     scene!(
@@ -63,5 +63,32 @@ pub(super) const SCENES: &[LibraryScene] = &[
         "kajiya",
         "Grey bodies and green balls of glass on a reddish ground, after figure 6 of Kajiya 1986.",
         "models/column.obj" => models::column
+    ),
+    scene!(
+        "glass-egg",
+        "A floor lamp, a narrow beam into a glass egg and a covered wall light, after Veach and \
+         Guibas 1994: caustics and indirect light at once.",
+        "models/bowl.obj" => models::bowl,
+        "models/tube.obj" => models::tube,
+        "models/egg.obj" => models::egg
+    ),
+    scene!(
+        "water-pool",
+        "Tiles under wavy water: caustics seen through the surface that makes them.",
+        "models/water.obj" => models::water,
+        "models/light-tiles.obj" => models::light_tiles,
+        "models/dark-tiles.obj" => models::dark_tiles
+    ),
+    scene!(
+        "thin-lens",
+        "Balls and lamps before a wide lens: light paths can end on the lens itself (t = 0)."
+    ),
+    scene!("env-ball", "Mirror, glass, brushed and matte balls on a disk under a constant sky."),
+    scene!(
+        "smooth-shading",
+        "Coarse meshes with smooth normals in grazing light: the adjoint factor of shading normals \
+         decides whether light and path tracing agree.",
+        "models/coarse-ball.obj" => models::coarse_ball,
+        "models/coarse-torus.obj" => models::coarse_torus
     ),
 ];

@@ -41,7 +41,14 @@ pub struct LibraryScene {
     /// What the scene shows and what is hard about it, one sentence.
     pub summary: &'static str,
     xml: &'static str,
-    meshes: &'static [(&'static str, fn() -> Mesh)],
+    meshes: &'static [MeshFile],
+}
+
+/// A mesh file that is generated when asked for.
+#[derive(Debug)]
+struct MeshFile {
+    path: &'static str,
+    generate: fn() -> Mesh,
 }
 
 /// A file of a scene, in memory.
@@ -71,7 +78,7 @@ impl LibraryScene {
 
     /// The meshes with the paths by which the XML refers to them.
     pub fn meshes(&self) -> impl Iterator<Item = (&'static str, Mesh)> {
-        self.meshes.iter().map(|(path, generate)| (*path, generate()))
+        self.meshes.iter().map(|file| (file.path, (file.generate)()))
     }
 
     /// Reads the scene from memory, with `params` for its `default`s, as [`crate::load`] reads

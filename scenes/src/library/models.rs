@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::mesh::{Mesh, MeshBuilder};
+use glam::{DVec2, DVec3};
+
+use super::heightfield::heightfield;
+use super::mesh::{Corner, Mesh, MeshBuilder};
 use super::revolve::Profile;
 
 /// `ring-caustic`: a thin-walled ring standing on y = 0, inner radius 1.
@@ -45,7 +48,7 @@ fn parallel(curve: impl Fn(f64) -> (f64, f64), angle: f64, depth: f64) -> (f64, 
     (r - depth * dy / length, y + depth * dr / length)
 }
 
-/// `ajar-door`: a glass egg standing on y = 0, 0.24 high, the thick end down.
+/// `ajar-door`, `glass-egg`: an egg standing on y = 0, 0.24 high, the thick end down.
 pub fn egg() -> Mesh {
     const HALF_HEIGHT: f64 = 0.12;
     Profile::new()
@@ -88,4 +91,100 @@ pub fn column() -> Mesh {
         .arc((1.0 - EDGE, 1.0 - EDGE), EDGE, (0.0, FRAC_PI_2), 8)
         .line((1.0 - EDGE, 1.0), (0.0, 1.0))
         .revolve(96)
+}
+
+/// `glass-egg`: the bowl of a floor lamp about the y axis, its lowest point outside at the
+/// origin, open above.
+pub fn bowl() -> Mesh {
+    const WALL: f64 = 0.012;
+    const HEIGHT: f64 = 0.24;
+    let outside = |t: f64| {
+        let (sin, cos) = (t * FRAC_PI_2).sin_cos();
+        (0.26 * sin, HEIGHT * (1.0 - cos))
+    };
+    let inside = |t: f64| {
+        let (sin, cos) = (t * FRAC_PI_2).sin_cos();
+        ((0.26 - WALL) * sin, HEIGHT - (HEIGHT - WALL) * cos)
+    };
+    Profile::new()
+        .curve(24, outside)
+        .line((0.26, HEIGHT), (0.26 - WALL, HEIGHT))
+        .curve(24, |t| inside(1.0 - t))
+        .revolve(64)
+}
+
+/// `glass-egg`: a tube about the y axis, closed below by a plate that lies under y = 0.01 and
+/// open above.
+pub fn tube() -> Mesh {
+    const OUTER: f64 = 0.065;
+    const INNER: f64 = 0.06;
+    const PLATE: f64 = 0.01;
+    const LENGTH: f64 = 0.4;
+    Profile::new()
+        .line((0.0, 0.0), (OUTER, 0.0))
+        .line((OUTER, 0.0), (OUTER, LENGTH))
+        .line((OUTER, LENGTH), (INNER, LENGTH))
+        .line((INNER, LENGTH), (INNER, PLATE))
+        .line((INNER, PLATE), (0.0, PLATE))
+        .revolve(48)
+}
+
+/// `water-pool`: the surface of the water about y = 0, a little wider than the pool [−1,1]².
+pub fn water() -> Mesh {
+    // Amplitude, wave vector and phase of each wave.
+    const WAVES: [(f64, DVec2, f64); 5] = [
+        (0.0150, DVec2::new(7.0, 5.0), 0.3),
+        (0.0130, DVec2::new(-5.5, 9.0), 1.9),
+        (0.0090, DVec2::new(13.0, -3.5), 4.1),
+        (0.0060, DVec2::new(4.0, 16.5), 2.6),
+        (0.0040, DVec2::new(-19.0, -9.0), 5.2),
+    ];
+    heightfield(1.02, 96, |x, z| {
+        let mut height = 0.0;
+        let mut gradient = DVec2::ZERO;
+        for (amplitude, wave, phase) in WAVES {
+            let (sin, cos) = (wave.dot(DVec2::new(x, z)) + phase).sin_cos();
+            height += amplitude * sin;
+            gradient += amplitude * cos * wave;
+        }
+        (height, gradient)
+    })
+}
+
+/// `water-pool`: the light squares of the chequered bottom, y = −0.6.
+pub fn light_tiles() -> Mesh {
+    tiles(0)
+}
+
+/// `water-pool`: the dark squares of the chequered bottom.
+pub fn dark_tiles() -> Mesh {
+    tiles(1)
+}
+
+/// The squares of [−1,1]² in y = −0.6, ten a side, whose column and row have this parity.
+fn tiles(parity: usize) -> Mesh {
+    const SIDE: usize = 10;
+    let mut builder = MeshBuilder::default();
+    let place = |i: usize| 2.0 * i as f64 / SIDE as f64 - 1.0;
+    let corner = |i: usize, k: usize| Corner {
+        position: DVec3::new(place(i), -0.6, place(k)),
+        normal: DVec3::Y,
+    };
+    for k in 0..SIDE {
+        for i in (0..SIDE).filter(|i| (i + k) % 2 == parity) {
+            builder.quad([corner(i, k), corner(i, k + 1), corner(i + 1, k + 1), corner(i + 1, k)]);
+        }
+    }
+    builder.build()
+}
+
+/// `smooth-shading`: the unit sphere in 10 × 6 facets with the sphere's own normals.
+pub fn coarse_ball() -> Mesh {
+    Profile::new().arc((0.0, 0.0), 1.0, (-FRAC_PI_2, FRAC_PI_2), 6).revolve(10)
+}
+
+/// `smooth-shading`: the torus of radii 1 and 0.35 about the y axis in 12 × 7 facets with the
+/// torus' own normals.
+pub fn coarse_torus() -> Mesh {
+    Profile::new().arc((1.0, 0.0), 0.35, (0.0, 2.0 * PI), 7).revolve(12)
 }

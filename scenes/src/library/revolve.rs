@@ -50,16 +50,10 @@ impl Profile {
     /// Appends a section. Where it meets the end of the one before, or closes the loop to the
     /// start of the first, it takes that point's very numbers, so that no crack is left.
     fn push(&mut self, mut section: Vec<ProfilePoint>) {
-        let ends = |sections: &[Vec<ProfilePoint>]| {
-            Some((sections.first()?.first()?.position, sections.last()?.last()?.position))
-        };
-        if let (Some((start, end)), [first, .., last]) = (ends(&self.sections), &mut section[..]) {
-            for (point, neighbour) in [(first, end), (last, start)] {
-                if point.position.distance(neighbour) < SAME_POINT {
-                    point.position = neighbour;
-                }
-            }
-        }
+        let end = self.sections.last().and_then(|previous| previous.last()).copied();
+        meet(section.first_mut(), end);
+        let start = self.sections.first().unwrap_or(&section).first().copied();
+        meet(section.last_mut(), start);
         self.sections.push(section);
     }
 
@@ -128,4 +122,13 @@ impl Profile {
 /// Normal to the right of the direction of travel.
 fn outward(direction: DVec2) -> DVec2 {
     DVec2::new(direction.y, -direction.x).normalize()
+}
+
+/// Moves `point` to `neighbour` if they are the same point but for rounding.
+fn meet(point: Option<&mut ProfilePoint>, neighbour: Option<ProfilePoint>) {
+    if let (Some(point), Some(neighbour)) = (point, neighbour)
+        && point.position.distance(neighbour.position) < SAME_POINT
+    {
+        point.position = neighbour.position;
+    }
 }

@@ -192,7 +192,7 @@ fn bodies_are_closed_and_face_outward() {
 }
 
 /// Meshes that are sheets by intention.
-const OPEN: [&str; 0] = [];
+const OPEN: [&str; 3] = ["models/water.obj", "models/light-tiles.obj", "models/dark-tiles.obj"];
 
 #[test]
 fn the_bulb_is_a_thin_shell() {
