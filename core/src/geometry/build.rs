@@ -6,7 +6,7 @@ use obvhs::{Boundable, BvhBuildParams, bvh2::builder::build_bvh2};
 
 use super::analytic::Analytic;
 use super::collapse::{BinNode, BinTree, Plan};
-use super::layout::{Block, Child, MAX_DEPTH, Node, Tree, WIDTH, advise_huge_pages};
+use super::layout::{Block, Child, MAX_DEPTH, Node, Tree, WIDTH, on_huge_pages};
 use super::primitives::{Bounded, PrimRef, Primitives, bounds};
 
 /// Builds the tree. The result does not depend on the number of threads.
@@ -17,9 +17,7 @@ pub(super) fn build(prims: &Primitives) -> Tree {
     }
     let tree = emit(&binary(&bounded), prims);
     let tree = if tree.depth > MAX_DEPTH { emit(&median(&bounded), prims) } else { tree };
-    advise_huge_pages(&tree.nodes);
-    advise_huge_pages(&tree.blocks);
-    tree
+    Tree { nodes: on_huge_pages(tree.nodes), blocks: on_huge_pages(tree.blocks), ..tree }
 }
 
 /// obvhs' binary tree with one primitive a leaf; the leaves are ours to form.
@@ -88,6 +86,9 @@ fn emit(bin: &BinTree, prims: &Primitives) -> Tree {
     while let Some((n, at, level)) = todo.pop() {
         out.depth = out.depth.max(level);
         plan.wide_children(n, &mut children);
+        // The any-hit walk begins with the last child: the largest is the likeliest to occlude.
+        let area = |c: usize| bin.nodes[c].half_area();
+        children.sort_by(|&a, &b| area(a).total_cmp(&area(b)));
         let mut inner = vec![];
         for (slot, &c) in children.iter().enumerate() {
             let bounds = &bin.nodes[c];

@@ -13,14 +13,17 @@
 
 use super::layout::{ANALYTIC_LEAF, WIDTH};
 
-/// Cost of visiting a node, relative to a block of triangles.
+/// Cost of visiting a node, relative to testing one block of triangles, where the tree stays in the
+/// caches close to the processor.
 const NODE_COST: f32 = 1.0;
+/// The same for large trees, where waiting for memory outweighs arithmetic.
+const FAR_NODE_COST: f32 = 3.0;
+/// Number of primitives from which on a tree counts as large: about 1 MB.
+const LARGE: usize = 16_384;
 /// Cost of testing one block of triangles.
 const BLOCK_COST: f32 = 1.0;
 /// Cost of testing one analytic primitive.
 const ANALYTIC_COST: f32 = 0.5;
-/// Blocks a leaf may have.
-const LEAF_BLOCKS: usize = 1;
 
 /// Binary node: children `first` and `first + 1` where `count` is 0, else a run of `order`.
 #[derive(Clone, Copy)]
@@ -42,7 +45,7 @@ impl BinNode {
         (self.count == 0).then_some((self.first as usize, self.first as usize + 1))
     }
 
-    fn half_area(&self) -> f32 {
+    pub fn half_area(&self) -> f32 {
         let e = [0, 1, 2].map(|i| self.max[i] - self.min[i]);
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
     }
@@ -99,6 +102,9 @@ impl<'a> Plan<'a> {
     pub fn new(tree: &'a BinTree, triangles: usize) -> Self {
         let len = tree.nodes.len();
         let mut plan = Plan { tree, cost: vec![[0.0; WIDTH - 1]; len], leaf: vec![false; len] };
+        // Two blocks a leaf fill the lanes better, which pays where memory is what is short.
+        let (node_cost, blocks) =
+            if tree.order.len() < LARGE { (NODE_COST, 1) } else { (FAR_NODE_COST, 2) };
         let mut content = vec![Content::default(); len];
         for &n in tree.preorder().iter().rev() {
             let n = n as usize;
@@ -112,8 +118,8 @@ impl<'a> Plan<'a> {
                 };
                 content[n] = here;
                 let mut c = [0.0; WIDTH - 1];
-                let as_leaf = leaf_cost(here) * area;
-                let as_node = NODE_COST * area + plan.distribute(l, r, WIDTH).0;
+                let as_leaf = leaf_cost(here, blocks) * area;
+                let as_node = node_cost * area + plan.distribute(l, r, WIDTH).0;
                 plan.leaf[n] = as_leaf <= as_node;
                 c[0] = as_leaf.min(as_node);
                 for i in 2..WIDTH {
@@ -125,7 +131,7 @@ impl<'a> Plan<'a> {
                 let t = prims.iter().filter(|p| (**p as usize) < triangles).count() as u32;
                 content[n] = Content { triangles: t, analytic: node.count - t };
                 plan.leaf[n] = true;
-                plan.cost[n] = [leaf_cost(content[n]) * area; WIDTH - 1];
+                plan.cost[n] = [leaf_cost(content[n], blocks) * area; WIDTH - 1];
             }
         }
         plan
@@ -180,9 +186,9 @@ impl<'a> Plan<'a> {
     }
 }
 
-fn leaf_cost(c: Content) -> f32 {
+fn leaf_cost(c: Content, blocks: usize) -> f32 {
     let (t, a) = (c.triangles as usize, c.analytic as usize);
-    if a == 0 && t <= LEAF_BLOCKS * WIDTH {
+    if a == 0 && t <= blocks * WIDTH {
         t.div_ceil(WIDTH) as f32 * BLOCK_COST
     } else if t == 0 && a <= ANALYTIC_LEAF {
         a as f32 * ANALYTIC_COST

@@ -31,8 +31,8 @@ pub(super) trait Lanes: Copy {
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i set where lane i is.
     fn bits(m: Self::Mask) -> u32;
-    /// Hint that the cache lines of `*p` will be read.
-    fn prefetch<T>(p: *const T);
+    /// Hint that the 256 bytes from `p` on will be read.
+    fn prefetch(p: *const u8);
 }
 
 /// Lanes as an array, for any target.
@@ -125,7 +125,7 @@ impl Lanes for Portable {
         bits
     }
     #[inline(always)]
-    fn prefetch<T>(_p: *const T) {}
+    fn prefetch(_p: *const u8) {}
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -223,9 +223,9 @@ mod avx2 {
             unsafe { _mm256_movemask_ps(m) as u32 }
         }
         #[inline(always)]
-        fn prefetch<T>(p: *const T) {
+        fn prefetch(p: *const u8) {
             let p = p.cast::<i8>();
-            for line in 0..size_of::<T>().div_ceil(64) {
+            for line in 0..4 {
                 // SAFETY: a prefetch never faults, whatever the address; SSE is part of x86-64.
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line)) };
             }

@@ -50,13 +50,11 @@ impl<L: Lanes> Setup<L> {
     fn new(ray: &Ray, extent: f32) -> Option<Self> {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
         let a = [d[0].abs(), d[1].abs(), d[2].abs()];
-        let z = if a[0] > a[1] {
-            if a[0] > a[2] { 0 } else { 2 }
-        } else if a[1] > a[2] {
-            1
-        } else {
-            2
-        };
+        // By table, since directions are random and a branch on them would be mispredicted.
+        const LARGEST: [usize; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
+        let z = LARGEST[usize::from(a[0] > a[1])
+            | usize::from(a[0] > a[2]) << 1
+            | usize::from(a[1] > a[2]) << 2];
         // t ≤ 0 never counts; the addition turns −0 into +0, whose bits order as the numbers do.
         let tmin = ray.tmin.max(0.0) + 0.0;
         let sound = ray.o.is_finite()
@@ -177,49 +175,71 @@ fn pack(near: f32, child: Child) -> u64 {
     u64::from(near.to_bits()) << 32 | u64::from(child.0)
 }
 
-/// Stack whose depth is bounded by the tree's ([`super::layout::MAX_DEPTH`]).
-struct Stack<T> {
-    slots: [MaybeUninit<T>; STACK],
-    len: usize,
+/// Slots of the stack; how many are in use is a variable of the walk's own, which the compiler then
+/// keeps in a register.
+type Slots<T> = [MaybeUninit<T>; STACK];
+
+/// Writes the slot `len` and counts it. The stack is deep enough by construction: each level of the
+/// tree leaves at most seven entries behind, one more while a node is being unpacked, and trees are
+/// at most [`super::layout::MAX_DEPTH`] deep.
+#[inline(always)]
+fn push<T: Copy>(slots: &mut Slots<T>, len: &mut usize, x: T) {
+    debug_assert!(*len < STACK);
+    // SAFETY: len < STACK, see above.
+    unsafe { slots.get_unchecked_mut(*len).write(x) };
+    *len += 1;
 }
 
-impl<T: Copy + PartialOrd> Stack<T> {
-    #[inline(always)]
-    fn new() -> Self {
-        Stack { slots: [const { MaybeUninit::uninit() }; STACK], len: 0 }
-    }
+/// Slot `i`, which must be one that was pushed and not popped.
+#[inline(always)]
+fn slot<T: Copy>(slots: &Slots<T>, len: usize, i: usize) -> T {
+    debug_assert!(i < len && len <= STACK);
+    // SAFETY: `push` wrote every slot below len, and len ≤ STACK.
+    unsafe { slots.get_unchecked(i).assume_init() }
+}
 
-    #[inline(always)]
-    fn push(&mut self, x: T) {
-        debug_assert!(self.len < STACK);
-        // SAFETY: each level of the tree leaves at most 7 entries behind, plus 8 while a node is
-        // being unpacked, and trees are at most MAX_DEPTH deep: len < STACK.
-        unsafe { self.slots.get_unchecked_mut(self.len).write(x) };
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<T> {
-        self.len = self.len.checked_sub(1)?;
-        // SAFETY: slots below the former `len` were written by `push`, and len < STACK.
-        Some(unsafe { self.slots.get_unchecked(self.len).assume_init() })
-    }
-
-    /// Sorts the entries from `from` on so that the least is popped first.
-    #[inline(always)]
-    fn sort_from(&mut self, from: usize) {
-        for i in from + 1..self.len {
-            // SAFETY: from ≤ j ≤ i < len ≤ STACK, and slots below `len` are written.
-            unsafe {
-                let x = self.slots.get_unchecked(i).assume_init();
-                let mut j = i;
-                while j > from && self.slots.get_unchecked(j - 1).assume_init() < x {
-                    *self.slots.get_unchecked_mut(j) = *self.slots.get_unchecked(j - 1);
-                    j -= 1;
-                }
-                self.slots.get_unchecked_mut(j).write(x);
+/// Sorts the entries from `from` on so that the least is popped first.
+#[inline(always)]
+fn sort(slots: &mut Slots<u64>, len: usize, from: usize) {
+    for i in from + 1..len {
+        let x = slot(slots, len, i);
+        let mut j = i;
+        while j > from {
+            let y = slot(slots, len, j - 1);
+            if y >= x {
+                break;
             }
+            // SAFETY: j ≤ i < len ≤ STACK.
+            unsafe { slots.get_unchecked_mut(j).write(y) };
+            j -= 1;
         }
+        // SAFETY: as above.
+        unsafe { slots.get_unchecked_mut(j).write(x) };
+    }
+}
+
+/// Where the children lie, for prefetching without a branch on their kind.
+#[derive(Clone, Copy)]
+struct Places {
+    base: [*const u8; 2],
+    size: [usize; 2],
+}
+
+impl Places {
+    #[inline(always)]
+    fn new(tree: &Tree) -> Self {
+        Places {
+            base: [tree.nodes.as_ptr().cast(), tree.blocks.as_ptr().cast()],
+            size: [size_of::<Node>(), size_of::<Block>()],
+        }
+    }
+
+    /// Fetches the lines of a node, or the most of a block; something harmless for other leaves.
+    #[inline(always)]
+    fn prefetch<L: Lanes>(&self, code: u32) {
+        let kind = (code >> 31) as usize;
+        let offset = (code & Child::INDEX) as usize * self.size[kind];
+        L::prefetch(self.base[kind].wrapping_add(offset));
     }
 }
 
@@ -237,15 +257,6 @@ impl Tree {
         // SAFETY: runs of blocks lie inside `blocks` by construction (`build::leaf`).
         unsafe { self.blocks.get_unchecked(i) }
     }
-
-    #[inline(always)]
-    fn prefetch<L: Lanes>(&self, child: Child) {
-        if child.is_leaf() {
-            L::prefetch(self.blocks.as_ptr().wrapping_add(child.block_range().0));
-        } else {
-            L::prefetch(self.nodes.as_ptr().wrapping_add(child.0 as usize));
-        }
-    }
 }
 
 /// Closest hit.
@@ -254,52 +265,59 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<H
     let setup = Setup::<L>::new(ray, extent)?;
     let mut current = tree.root?;
     let mut best = Best { t: setup.last, prim: u32::MAX, b: (0.0, 0.0) };
-    let mut stack = Stack::<u64>::new();
+    let places = Places::new(tree);
+    let mut slots: Slots<u64> = [const { MaybeUninit::uninit() }; STACK];
+    let mut len = 0;
     'walk: loop {
         while !current.is_leaf() {
             let node = tree.node(current);
             let (mut bits, near) = setup.enter(node, L::splat(best.t));
             if bits == 0 {
-                match pop(&mut stack, best.t) {
+                match pop(&slots, &mut len, best.t) {
                     Some(c) => current = c,
                     None => break 'walk,
                 }
                 continue;
             }
             let near = near.store();
-            let key = |i: usize| pack(near[i & 7], node.child[i & 7]);
-            let first = bits.trailing_zeros() as usize;
+            let first = bits.trailing_zeros() as usize & 7;
             bits &= bits - 1;
             if bits == 0 {
-                current = node.child[first & 7];
+                current = node.child[first];
                 continue;
             }
-            let (a, b) = (key(first), key(bits.trailing_zeros() as usize));
+            // The nearest child is entered, the others wait, the nearest of them on top.
+            let a = fetch::<L>(&places, node, &near, first as u32);
+            let b = fetch::<L>(&places, node, &near, bits.trailing_zeros());
             bits &= bits - 1;
+            let (a, b) = (a.min(b), a.max(b));
             if bits == 0 {
-                let (least, other) = if a < b { (a, b) } else { (b, a) };
-                tree.prefetch::<L>(Child(other as u32));
-                stack.push(other);
-                current = Child(least as u32);
+                push(&mut slots, &mut len, b);
+                current = Child(a as u32);
                 continue;
             }
-            let from = stack.len;
-            stack.push(a);
-            stack.push(b);
+            let c = fetch::<L>(&places, node, &near, bits.trailing_zeros());
+            bits &= bits - 1;
+            let (b, c) = (b.min(c), b.max(c));
+            let (a, b) = (a.min(b), a.max(b));
+            if bits == 0 {
+                push(&mut slots, &mut len, c);
+                push(&mut slots, &mut len, b);
+                current = Child(a as u32);
+                continue;
+            }
+            let from = len;
+            push(&mut slots, &mut len, c);
+            push(&mut slots, &mut len, b);
+            let mut least = a;
             while bits != 0 {
-                stack.push(key(bits.trailing_zeros() as usize));
+                let d = fetch::<L>(&places, node, &near, bits.trailing_zeros());
                 bits &= bits - 1;
+                push(&mut slots, &mut len, least.max(d));
+                least = least.min(d);
             }
-            stack.sort_from(from);
-            for i in from..stack.len - 1 {
-                // SAFETY: i < len, all written.
-                let k = unsafe { stack.slots.get_unchecked(i).assume_init() };
-                tree.prefetch::<L>(Child(k as u32));
-            }
-            match stack.pop() {
-                Some(k) => current = Child(k as u32),
-                None => break 'walk,
-            }
+            sort(&mut slots, len, from);
+            current = Child(least as u32);
         }
         if current.is_analytic() {
             let (first, count) = current.analytic_range();
@@ -324,7 +342,7 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<H
                 }
             }
         }
-        match pop(&mut stack, best.t) {
+        match pop(&slots, &mut len, best.t) {
             Some(c) => current = c,
             None => break,
         }
@@ -337,15 +355,25 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<H
     })
 }
 
+/// Stack entry of the child in slot `i` of a node, whose memory is fetched ahead.
+#[inline(always)]
+fn fetch<L: Lanes>(places: &Places, node: &Node, near: &[f32; 8], i: u32) -> u64 {
+    let i = i as usize & 7;
+    places.prefetch::<L>(node.child[i].0);
+    pack(near[i], node.child[i])
+}
+
 /// Next entry that is not beyond `last`.
 #[inline(always)]
-fn pop(stack: &mut Stack<u64>, last: f32) -> Option<Child> {
-    loop {
-        let key = stack.pop()?;
+fn pop(slots: &Slots<u64>, len: &mut usize, last: f32) -> Option<Child> {
+    while *len > 0 {
+        let key = slot(slots, *len, *len - 1);
+        *len -= 1;
         if (key >> 32) as u32 <= last.to_bits() {
             return Some(Child(key as u32));
         }
     }
+    None
 }
 
 /// Whether anything is hit.
@@ -354,7 +382,9 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> bool {
     let Some(setup) = Setup::<L>::new(ray, extent) else { return false };
     let Some(mut current) = tree.root else { return false };
     let last = L::splat(setup.last);
-    let mut stack = Stack::<u32>::new();
+    let places = Places::new(tree);
+    let mut slots: Slots<u32> = [const { MaybeUninit::uninit() }; STACK];
+    let mut len = 0;
     loop {
         if current.is_leaf() {
             if current.is_analytic() {
@@ -385,15 +415,16 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> bool {
                         current = child;
                         break;
                     }
-                    tree.prefetch::<L>(child);
-                    stack.push(child.0);
+                    places.prefetch::<L>(child.0);
+                    push(&mut slots, &mut len, child.0);
                 }
                 continue;
             }
         }
-        match stack.pop() {
-            Some(c) => current = Child(c),
-            None => return false,
+        if len == 0 {
+            return false;
         }
+        current = Child(slot(&slots, len, len - 1));
+        len -= 1;
     }
 }
