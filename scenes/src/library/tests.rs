@@ -63,6 +63,15 @@ fn every_scene_loads_without_warnings() {
 }
 
 #[test]
+fn every_scene_builds() {
+    for scene in all() {
+        let description = scene.load(&[]).unwrap().description;
+        let built = pathspace_core::Scene::new(&description);
+        assert!(built.is_ok(), "{}: {}", scene.name, built.err().unwrap());
+    }
+}
+
+#[test]
 fn every_scene_obeys_the_common_parameters() {
     let params = [("res", "32"), ("spp", "7"), ("max_depth", "3"), ("integrator", "ptracer")]
         .map(|(key, value)| (key.to_string(), value.to_string()));
