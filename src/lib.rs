@@ -1,1 +1,29 @@
-//! pathspace
+//! pathspace: a framework for research in bidirectional and Metropolis light transport.
+//!
+//! This crate is the front door: it hands on the crates of the workspace, and holds the command.
+//!
+//! | Room | What is in it |
+//! | --- | --- |
+//! | [`core`] | light transport itself: measures, geometry, scattering, paths, film |
+//! | [`integrators`] | the algorithms, each readable alone |
+//! | [`scenes`] | the reader of Mitsuba scenes and the library of scenes |
+//! | [`validation`] | statistics that tell whether integrators agree |
+//! | [`benches`] | budgets, replicates, comparisons, image files |
+//!
+//! The command with an integrator of your own is one line, because everything in it takes a [`Registry`](integrators::Registry):
+//!
+//! ```no_run
+//! use pathspace::integrators::Registry;
+//!
+//! fn main() -> std::process::ExitCode {
+//!     pathspace::cli::run(Registry::builtin()) // .with("mine", "what it does", |spec, defaults| …)
+//! }
+//! ```
+
+pub use pathspace_benches as benches;
+pub use pathspace_core as core;
+pub use pathspace_integrators as integrators;
+pub use pathspace_scenes as scenes;
+pub use pathspace_validation as validation;
+
+pub mod cli;

@@ -1,2 +1,5 @@
-//! The command.
-fn main() {}
+//! The command `pathspace` with the integrators that come with it.
+
+fn main() -> std::process::ExitCode {
+    pathspace::cli::run(pathspace::integrators::Registry::builtin())
+}

@@ -1,0 +1,135 @@
+//! Budgets: how long a run goes on. Built on [`Run`](pathspace_core::integrator::Run) alone.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use pathspace_core::Scene;
+use pathspace_core::driver::Work;
+use pathspace_core::film::{Film, Layers};
+use pathspace_core::integrator::{Integrator, IntegratorError};
+
+use crate::clock::{Spent, Stopwatch};
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// After this many steps; a step is one sample (or mutation) per pixel.
+    Samples(u64),
+    /// After this many seconds of rendering, start-up of the integrator (bootstrap) included.
+    Seconds(f64),
+}
+
+impl Budget {
+    /// Share of the budget that is used up, in [0, 1].
+    fn used(self, steps: u64, seconds: f64) -> f64 {
+        let used = match self {
+            Budget::Samples(n) => steps as f64 / n.max(1) as f64,
+            Budget::Seconds(s) => seconds / s,
+        };
+        used.clamp(0.0, 1.0)
+    }
+
+    /// True where it is better to stop than to make another step of `step` seconds.
+    ///
+    /// A budget in seconds ends at the end of the step that is nearest to it: another step is made where it would end nearer
+    /// to the budget than now, so that the error is at most half a step. There is always one step.
+    fn is_spent(self, steps: u64, seconds: f64, step: f64) -> bool {
+        match self {
+            Budget::Samples(n) => steps >= n.max(1),
+            Budget::Seconds(s) => steps > 0 && seconds + 0.5 * step > s,
+        }
+    }
+}
+
+/// Where a run is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// Steps done.
+    pub steps: u64,
+    /// Samples per pixel done.
+    pub samples_per_pixel: f64,
+    /// Wall-clock seconds of rendering.
+    pub seconds: f64,
+    /// Share of the budget that is used up, in [0, 1].
+    pub used: f64,
+}
+
+/// A finished (or interrupted) render.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    /// The film.
+    pub film: Film,
+    /// Steps done.
+    pub steps: u64,
+    /// Samples and rays.
+    pub work: Work,
+    /// Time for rendering, start-up of the integrator included, the building of the scene not.
+    pub spent: Spent,
+    /// False where `watch` stopped it before the budget was used up.
+    pub complete: bool,
+}
+
+/// Renders until the budget is used up or `watch`, which is called after every step, says to stop.
+///
+/// Runs on the current rayon pool; the film is the same to the bit for any number of threads.
+///
+/// # Errors
+/// Where the integrator does not render this scene.
+pub fn expose(
+    integrator: &dyn Integrator,
+    scene: &Arc<Scene>,
+    layers: Layers,
+    seed: u64,
+    budget: Budget,
+    watch: &mut dyn FnMut(&Status) -> ControlFlow<()>,
+) -> Result<Exposure, IntegratorError> {
+    let mut film = Film::new(scene.film(), layers);
+    let clock = Stopwatch::start();
+    let mut run = integrator.start(Arc::clone(scene), seed)?;
+    let start_up = clock.seconds();
+    let (mut steps, mut work, mut complete) = (0, Work::default(), true);
+    loop {
+        work += run.step(&mut film);
+        steps += 1;
+        let seconds = clock.seconds();
+        if budget.is_spent(steps, seconds, (seconds - start_up) / steps as f64) {
+            break;
+        }
+        let status = Status {
+            steps,
+            samples_per_pixel: film.samples_per_pixel(),
+            seconds,
+            used: budget.used(steps, seconds),
+        };
+        if watch(&status).is_break() {
+            complete = false;
+            break;
+        }
+    }
+    Ok(Exposure { film, steps, work, spent: clock.spent(), complete })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_end_at_the_step_that_is_nearest() {
+        // Steps of 0.4 s and 1 s to fill: two make 0.8, three 1.2; four steps of 0.3 make 1.2, three 0.9.
+        for (step, expected) in [(0.4, 2), (0.3, 3), (0.26, 4), (5.0, 1), (0.1, 10)] {
+            let mut steps = 0;
+            while !Budget::Seconds(1.0).is_spent(steps, steps as f64 * step, step) {
+                steps += 1;
+            }
+            // 0.4: 0.8 and 1.2 are equally near but for rounding.
+            assert!(steps.abs_diff(expected) <= u64::from(step == 0.4), "{step}: {steps}");
+        }
+    }
+
+    #[test]
+    fn samples_are_counted_exactly() {
+        assert!(!Budget::Samples(3).is_spent(2, 1e9, 1.0));
+        assert!(Budget::Samples(3).is_spent(3, 0.0, 1.0));
+        assert_eq!(Budget::Samples(4).used(1, 0.0), 0.25);
+    }
+}

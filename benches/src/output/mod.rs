@@ -1,0 +1,162 @@
+//! Image files: EXR with layers and metadata, and a tone-mapped PNG beside it.
+//!
+//! A file appears whole or not at all: it is written under a temporary name beside its place, flushed to the disk and then
+//! renamed. [`Output::open`] finds out before the rendering whether the place can be written at all.
+
+mod exr;
+mod png;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use pathspace_core::description::FilmDescription;
+use thiserror::Error;
+
+pub use png::exposure;
+
+/// Why an image was not written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The name does not end in `.exr`.
+    #[error("{}: the name of an image must end in .exr", path.display())]
+    Name {
+        /// The name.
+        path: PathBuf,
+    },
+    /// The file cannot be written: no such directory, no permission, no space, …
+    #[error("{}: cannot write: {reason}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        reason: String,
+    },
+}
+
+/// What a file says about how its image was made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Metadata {
+    /// Name of the scene.
+    pub scene: String,
+    /// Hash of the scene's content.
+    pub scene_hash: String,
+    /// Spec of the integrator.
+    pub integrator: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Samples per pixel.
+    pub samples_per_pixel: f64,
+    /// Replicates that the image is the mean of.
+    pub replicates: u64,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// A named layer: pixels in rows from top to bottom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedLayer {
+    /// Name without the channel, such as `length.03`.
+    pub name: String,
+    /// Its pixels.
+    pub pixels: Vec<[f64; 3]>,
+}
+
+/// An image with its layers.
+#[derive(Clone, Debug)]
+pub struct Picture<'a> {
+    /// Size and crop window; the pixels are those of the window.
+    pub film: FilmDescription,
+    /// The image.
+    pub pixels: &'a [[f64; 3]],
+    /// What is kept beside it.
+    pub layers: &'a [NamedLayer],
+    /// How it was made.
+    pub metadata: Metadata,
+}
+
+/// A place for an image that could be written when it was opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    exr: PathBuf,
+}
+
+impl Output {
+    /// Checks that `path` ends in `.exr`, and that it and the PNG beside it can be written. Leaves nothing behind.
+    ///
+    /// # Errors
+    /// [`OutputError`], with the system's reason.
+    pub fn open(path: &Path) -> Result<Output, OutputError> {
+        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        if !exr || path.file_stem().is_none() {
+            return Err(OutputError::Name { path: path.to_path_buf() });
+        }
+        let output = Output { exr: path.to_path_buf() };
+        for target in [output.exr().to_path_buf(), output.png()] {
+            probe(&target).map_err(|e| failed(&target, &e))?;
+        }
+        Ok(output)
+    }
+
+    /// Path of the EXR file.
+    pub fn exr(&self) -> &Path {
+        &self.exr
+    }
+
+    /// Path of the PNG file.
+    pub fn png(&self) -> PathBuf {
+        self.exr.with_extension("png")
+    }
+
+    /// Writes the EXR file and the PNG, the latter with radiance multiplied by `exposure`.
+    ///
+    /// # Errors
+    /// [`OutputError`], with the system's reason.
+    pub fn write(&self, picture: &Picture<'_>, exposure: f64) -> Result<(), OutputError> {
+        let bytes = exr::encode(picture).map_err(|e| failed(&self.exr, &e))?;
+        write_whole(&self.exr, &bytes).map_err(|e| failed(&self.exr, &e))?;
+        let png = self.png();
+        let bytes = png::encode(picture, exposure).map_err(|e| failed(&png, &e))?;
+        write_whole(&png, &bytes).map_err(|e| failed(&png, &e))
+    }
+}
+
+fn failed(path: &Path, error: &io::Error) -> OutputError {
+    OutputError::Write { path: path.to_path_buf(), reason: error.to_string() }
+}
+
+/// Name beside `path` that is not visible in listings.
+fn temporary(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+/// Makes and removes a file beside `path`, in whose place no directory may stand.
+fn probe(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
+    }
+    let temporary = temporary(path);
+    File::create(&temporary)?;
+    fs::remove_file(&temporary)
+}
+
+/// Writes beside `path` and renames, and leaves no temporary file behind when that fails.
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let temporary = temporary(path);
+    let written = File::create(&temporary)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            // A full disk may show only here.
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        // The first failure is the one to report; a file that was never made need not be removed.
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}

@@ -1,0 +1,231 @@
+//! What can be said on the command line.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, Parser, Subcommand};
+use pathspace_benches::Budget;
+use pathspace_core::description::Crop;
+use pathspace_core::film::Layers;
+use pathspace_integrators::Spec;
+
+/// Light transport by path-space integrators, rendered and compared.
+///
+/// Without a command: compare all integrators on the scene cornell-caustic, with images in ./out.
+#[derive(Debug, Parser)]
+#[command(name = "pathspace", version, disable_help_subcommand = true)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render a scene with one integrator.
+    Render(RenderArgs),
+    /// Compare integrators on a scene: do they agree, and how fast are they?
+    Compare(CompareArgs),
+    /// List the scenes of the library, or write one to a directory.
+    Scenes(ScenesArgs),
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneArgs {
+    /// Scene file in Mitsuba's XML, or the name of a library scene.
+    pub(super) scene: String,
+    /// Size of the film, such as 640x480; the horizontal angle of view stays.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) size: Option<(u32, u32)>,
+    /// Render only this window of the film.
+    #[arg(long, value_name = "x,y,w,h", value_parser = crop)]
+    pub(super) crop: Option<Crop>,
+    /// Longest path in edges: 1 is emission only, -1 unlimited.
+    #[arg(long, value_name = "D", allow_negative_numbers = true, value_parser = clap::value_parser!(i32).range(-1..=16383))]
+    pub(super) max_depth: Option<i32>,
+    /// Value for $key in the scene file; may be given again.
+    #[arg(short = 'D', value_name = "key=value", value_parser = define)]
+    pub(super) define: Vec<(String, String)>,
+    /// Worker threads; all processors unless given. The image does not depend on it.
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(super) seed: u64,
+}
+
+#[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("budget").required(true)))]
+pub(super) struct BudgetArgs {
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub(super) spp: Option<u64>,
+    /// Seconds of rendering.
+    #[arg(long, value_name = "S", group = "budget", value_parser = seconds)]
+    pub(super) seconds: Option<f64>,
+}
+
+impl BudgetArgs {
+    pub(super) fn budget(&self) -> Budget {
+        match (self.spp, self.seconds) {
+            (_, Some(s)) => Budget::Seconds(s),
+            (n, None) => Budget::Samples(n.unwrap_or(1)),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Integrator with its options; that of the scene file unless given.
+    #[arg(short, long, value_name = "NAME[:key=value,…]")]
+    pub(super) integrator: Option<Spec>,
+    #[command(flatten)]
+    pub(super) budget: BudgetArgs,
+    /// Image to write; a PNG is written beside it.
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub(super) output: Option<PathBuf>,
+    /// Layers of the image file: length, st, unweighted, emitter.
+    #[arg(long, value_name = "LAYERS", value_parser = layers, default_value = "")]
+    pub(super) layers: Layers,
+    /// Print one JSON object as the last line.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct CompareArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Integrator with its options; may be given again. All there are unless given.
+    #[arg(short, long = "integrator", value_name = "NAME[:key=value,…]")]
+    pub(super) integrators: Vec<Spec>,
+    #[command(flatten)]
+    pub(super) budget: BudgetArgs,
+    /// Independent renders of each integrator.
+    #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub(super) replicates: u32,
+    /// Directory for the mean images.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Print one JSON object as the last line.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl CompareArgs {
+    /// What `pathspace` does without arguments, with this many integrators: all for the same time, 40 s in total.
+    pub(super) fn demonstration(integrators: usize) -> Self {
+        let replicates = 16;
+        let seconds = 40.0 / (f64::from(replicates) * integrators.max(1) as f64);
+        CompareArgs {
+            scene: SceneArgs {
+                scene: "cornell-caustic".into(),
+                size: Some((128, 128)),
+                crop: None,
+                max_depth: None,
+                define: Vec::new(),
+                threads: None,
+                seed: 1,
+            },
+            integrators: Vec::new(),
+            budget: BudgetArgs { spp: None, seconds: Some(seconds) },
+            replicates,
+            output: Some("out".into()),
+            json: false,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct ScenesArgs {
+    #[command(subcommand)]
+    pub(super) command: Option<ScenesCommand>,
+}
+
+#[derive(Clone, Debug, Subcommand)]
+pub(super) enum ScenesCommand {
+    /// Write a library scene as files that Mitsuba 3 loads as well.
+    Export {
+        /// Name of the scene.
+        name: String,
+        /// Directory, created where it does not exist.
+        dir: PathBuf,
+    },
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let size = text
+        .split_once(['x', 'X', '×'])
+        .and_then(|(w, h)| Some((w.parse::<u32>().ok()?, h.parse::<u32>().ok()?)));
+    size.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "expected WxH, such as 640x480".into())
+}
+
+fn crop(text: &str) -> Result<Crop, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        _ => Err("expected x,y,w,h in pixels with w and h over 0".into()),
+    }
+}
+
+fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.is_empty() => Ok((key.into(), value.into())),
+        _ => Err("expected key=value".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    // A century; it also keeps out infinity and NaN.
+    value.filter(|s| *s > 0.0 && *s < 3.2e9).ok_or_else(|| "expected a number over 0".into())
+}
+
+fn layers(text: &str) -> Result<Layers, String> {
+    let mut layers = Layers::NONE;
+    for name in text.split(',').filter(|n| !n.is_empty()) {
+        match name {
+            "length" => layers.length = true,
+            "st" => layers.technique = true,
+            "unweighted" => layers.unweighted = true,
+            "emitter" => layers.emitter = true,
+            _ => {
+                return Err(format!(
+                    "unknown layer '{name}' (known: length, st, unweighted, emitter)"
+                ));
+            }
+        }
+    }
+    Ok(layers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_windows_are_read_or_refused() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        assert_eq!(crop("1,2,3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
+        for bad in ["", "640", "640x", "x480", "0x4", "-1x4", "640x480x2", "1e3x4"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "1,2,3", "1,2,3,4,5", "1,2,0,4", "-1,2,3,4", "a,b,c,d"] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn seconds_are_positive_and_finite() {
+        assert_eq!(seconds("0.5"), Ok(0.5));
+        for bad in ["0", "-1", "inf", "nan", "1s", ""] {
+            assert!(seconds(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The command as its users meet it: the built binary with arguments, files and signals.
+
+#[path = "cli/bad_use.rs"]
+mod bad_use;
+#[path = "cli/compare.rs"]
+mod compare;
+#[path = "cli/render.rs"]
+mod render;
+#[path = "cli/scenes.rs"]
+mod scenes;
+#[path = "cli/support.rs"]
+mod support;

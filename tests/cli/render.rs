@@ -1,0 +1,253 @@
+//! `pathspace render`.
+
+use crate::support::*;
+
+/// Arguments of a small render, with more after them.
+fn small<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let mut args = vec!["render", scene, "--size", "32x24", "--max-depth", "6"];
+    args.extend(more);
+    args
+}
+
+#[test]
+fn the_json_object_has_every_promised_field() {
+    let folder = Folder::new();
+    let out = folder.file("a.exr");
+    let v = json(&small("cornell-box", &["--spp", "3", "--seed", "7", "-o", &out, "--json"]));
+    assert_eq!(v["scene"], "cornell-box");
+    assert_eq!(v["integrator"], "pt");
+    assert_eq!(v["seed"], 7);
+    assert!(v["threads"].as_u64().unwrap() >= 1);
+    assert_eq!((v["width"].as_u64(), v["height"].as_u64()), (Some(32), Some(24)));
+    assert_eq!(v["samples_per_pixel"], 3.0);
+    assert!(v["seconds"].as_f64().unwrap() > 0.0);
+    assert!(v["cpu_seconds"].as_f64().unwrap() > 0.0);
+    assert!(v["rays"].as_u64().unwrap() > 32 * 24 * 3);
+    assert_eq!(v["nonfinite"], 0);
+    assert_eq!(v["output"], out.as_str());
+    let exr = Exr::read(&out);
+    for (c, name) in ["R", "G", "B"].iter().enumerate() {
+        let told = v["mean"][c].as_f64().unwrap();
+        assert!(told > 0.0 && (mean(exr.channel(name)) / told - 1.0).abs() < 1e-5, "{name}");
+    }
+}
+
+#[test]
+fn the_file_says_how_it_was_made() {
+    let folder = Folder::new();
+    let out = folder.file("a.exr");
+    let args = ["-i", "pt:nee=false", "--spp", "2", "--seed", "18446744073709551615", "-o", &out];
+    assert_eq!(run(&small("cornell-box", &args)).status.code(), Some(0));
+    let exr = Exr::read(&out);
+    assert_eq!(exr.attribute("pathspace.integrator"), "pt:nee=false");
+    assert_eq!(exr.attribute("pathspace.seed"), "18446744073709551615");
+    assert_eq!(exr.attribute("pathspace.samples_per_pixel"), "2");
+    assert_eq!(exr.attribute("pathspace.version"), env!("CARGO_PKG_VERSION"));
+    assert_eq!(exr.attribute("pathspace.scene_hash").len(), 64);
+    assert!(exr.attribute("pathspace.seconds").parse::<f64>().unwrap() > 0.0);
+}
+
+#[test]
+fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
+    let folder = Folder::new();
+    for integrator in ["pt", "lt"] {
+        let channels = ["1", "2", "7"].map(|threads| {
+            let out = folder.file(&format!("{integrator}{threads}.exr"));
+            // More than one chunk of 1024 items each.
+            let args = [
+                "render",
+                "cornell-caustic",
+                "--size",
+                "72x50",
+                "-i",
+                integrator,
+                "--spp",
+                "2",
+                "--threads",
+                threads,
+                "--layers",
+                "length",
+                "-o",
+                &out,
+            ];
+            assert_eq!(run(&args).status.code(), Some(0));
+            Exr::read(&out).channels
+        });
+        assert!(channels[0].len() > 3 && channels[0] == channels[1] && channels[0] == channels[2]);
+    }
+}
+
+#[test]
+fn another_seed_gives_another_image() {
+    let folder = Folder::new();
+    let image = |seed: &str| {
+        let out = folder.file(&format!("{seed}.exr"));
+        run(&small("cornell-box", &["--spp", "1", "--seed", seed, "-o", &out]));
+        Exr::read(&out).channels
+    };
+    assert!(image("1") != image("2"));
+}
+
+#[test]
+fn layers_add_up_to_the_image() {
+    let folder = Folder::new();
+    let out = folder.file("a.exr");
+    let args = ["--spp", "2", "--layers", "length,st,unweighted,emitter", "-o", &out];
+    assert_eq!(run(&small("cornell-box", &args)).status.code(), Some(0));
+    let exr = Exr::read(&out);
+    for family in ["length.", "technique.", "emitter."] {
+        let image = exr.channel("G");
+        let mut sum = vec![0.0; image.len()];
+        for (name, values) in &exr.channels {
+            if name.starts_with(family) && name.ends_with(".G") {
+                sum.iter_mut().zip(values).for_each(|(s, v)| *s += v);
+            }
+        }
+        assert!(sum.iter().zip(image).all(|(s, v)| (s - v).abs() <= 1e-4 * v.abs()), "{family}");
+    }
+    assert!(exr.channels.iter().any(|(name, _)| name.starts_with("unweighted.s01.")));
+}
+
+#[test]
+fn a_window_has_its_place_in_the_film() {
+    let folder = Folder::new();
+    let out = folder.file("a.exr");
+    let args = ["--spp", "1", "--crop", "8,4,12,10", "-o", &out, "--json"];
+    let v = json(&small("cornell-box", &args));
+    assert_eq!((v["width"].as_u64(), v["height"].as_u64()), (Some(12), Some(10)));
+    let exr = Exr::read(&out);
+    assert_eq!((exr.size, exr.position, exr.display), ((12, 10), (8, 4), (32, 24)));
+}
+
+/// Random numbers belong to items of the window, so that its pixels have other noise and the same mean.
+#[test]
+fn a_window_shows_that_part_of_the_image() {
+    let folder = Folder::new();
+    for integrator in ["pt", "lt"] {
+        let (whole, part) = (folder.file("whole.exr"), folder.file("part.exr"));
+        let more = ["-i", integrator, "--spp", "256"];
+        run(&small("cornell-box", &[&more[..], &["-o", &whole]].concat()));
+        run(&small("cornell-box", &[&more[..], &["--crop", "4,6,12,10", "-o", &part]].concat()));
+        let (whole, part) = (Exr::read(&whole), Exr::read(&part));
+        let rows = whole.channel("G").chunks(32).skip(6).take(10);
+        let window: Vec<f32> = rows.flat_map(|row| &row[4..16]).copied().collect();
+        let (a, b) = (mean(&window), mean(part.channel("G")));
+        assert!((a / b - 1.0).abs() < 0.05, "{integrator}: {a} and {b}");
+    }
+}
+
+#[test]
+fn the_png_beside_it_has_the_size_of_the_image() {
+    let folder = Folder::new();
+    let out = folder.file("picture.exr");
+    assert_eq!(run(&small("furnace", &["--spp", "1", "-o", &out])).status.code(), Some(0));
+    assert_eq!(folder.list(), ["picture.exr", "picture.png"]);
+    let png = image::open(folder.file("picture.png")).unwrap().to_rgb8();
+    assert_eq!(png.dimensions(), (32, 24));
+    // The background of 1 is the brightest there is: bright, but not white.
+    let brightest = png.pixels().map(|p| p.0[1]).max().unwrap();
+    assert!((200..255).contains(&brightest), "{brightest}");
+}
+
+#[test]
+fn seconds_end_within_a_tenth_of_the_budget() {
+    for seconds in [0.5, 1.5] {
+        let budget = seconds.to_string();
+        let v = json(&small("cornell-box", &["--seconds", &budget, "--json"]));
+        let spent = v["seconds"].as_f64().unwrap();
+        assert!((spent / seconds - 1.0).abs() < 0.1, "{spent} of {seconds}");
+        assert_eq!(v["output"], serde_json::Value::Null);
+        assert_eq!(v["complete"], true);
+    }
+}
+
+#[test]
+fn parameters_reach_the_scene() {
+    let args =
+        ["render", "cornell-box", "--spp", "1", "-D", "res=20", "-D", "max_depth=1", "--json"];
+    let v = json(&args);
+    assert_eq!(v["width"], 20);
+    // Emission only: the camera ray and nothing else.
+    assert_eq!(v["rays"], 400);
+    let deeper = json(&[&args[..], &["--max-depth", "2"]].concat());
+    assert!(deeper["rays"].as_u64().unwrap() > 400);
+}
+
+#[test]
+fn the_integrator_of_the_scene_is_the_default() {
+    let args = ["render", "cornell-box", "--spp", "1", "--size", "8x8", "-D", "integrator=ptracer"];
+    assert_eq!(json(&[&args[..], &["--json"]].concat())["integrator"], "lt");
+}
+
+#[test]
+fn warnings_of_the_reader_are_told_once() {
+    let folder = Folder::new();
+    let scene = folder.write(
+        "a.xml",
+        r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm">
+            <integer name="width" value="4"/><integer name="height" value="4"/>
+            <boolean name="banner" value="false"/><rfilter type="box"/></film></sensor>
+            <emitter type="constant"><rgb name="radiance" value="0.5"/></emitter></scene>"#,
+    );
+    let output = run(&["render", &scene, "--spp", "1", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let warnings = stderr(&output);
+    assert!(warnings.lines().count() >= 1, "{warnings}");
+    assert!(warnings.lines().all(|l| l.starts_with("warning: ") && l.contains("a.xml")));
+    let banner = warnings.lines().filter(|l| l.contains("banner")).count();
+    assert_eq!(banner, 1, "{warnings}");
+    assert!((last_line(&output)["mean"][0].as_f64().unwrap() - 0.5).abs() < 1e-6);
+}
+
+#[cfg(unix)]
+mod signals {
+    use super::*;
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn ctrl_c_keeps_what_is_rendered() {
+        for signal in [libc::SIGINT, libc::SIGTERM] {
+            let folder = Folder::new();
+            let out = folder.file("a.exr");
+            let child = command()
+                .args(small("cornell-box", &["--spp", "100000000", "-o", &out, "--json"]))
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            // Long enough to be at work on a busy machine; the handler is there before the first step.
+            std::thread::sleep(Duration::from_millis(1500));
+            let asked = Instant::now();
+            // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
+            unsafe { libc::kill(child.id() as libc::pid_t, signal) };
+            let output = child.wait_with_output().unwrap();
+            assert!(asked.elapsed() < Duration::from_secs(10));
+            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            let v = last_line(&output);
+            assert_eq!(v["complete"], false);
+            let samples = v["samples_per_pixel"].as_f64().unwrap();
+            assert!(samples >= 1.0 && samples < 1e8);
+            assert!(stdout(&output).contains(&format!("{samples} samples per pixel")));
+            let exr = Exr::read(&out);
+            assert!((mean(exr.channel("R")) / v["mean"][0].as_f64().unwrap() - 1.0).abs() < 1e-5);
+        }
+    }
+
+    /// A disk that is full at the end of a long rendering: files may not grow beyond 1 kB here.
+    #[test]
+    fn a_full_disk_is_one_clear_error_and_leaves_no_fragments() {
+        let folder = Folder::new();
+        let script = format!(
+            "trap '' XFSZ; ulimit -f 1; exec {} render cornell-box --size 64x64 --spp 1 -o {}",
+            env!("CARGO_BIN_EXE_pathspace"),
+            folder.file("a.exr")
+        );
+        let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("a.exr: cannot write: File too large"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert_eq!(folder.list(), Vec::<String>::new());
+    }
+}
