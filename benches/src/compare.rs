@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use pathspace_validation::stats::{
-    Cell, CellReport, CompareConfig, Moments, PairReport, PermutationConfig, Reason, ReplicateSet,
-    StatsError, TileSums, Verdict, efficiency, max_t, merge_tiles,
+    CompareConfig, Moments, PermutationConfig, Reason, StatsError, TileSums, Verdict, efficiency,
+    max_t, merge_tiles,
 };
 use serde::Serialize;
 
+use crate::cells::{CellTest, test_cells};
 use crate::replicate::{Arm, PathClass, Replicate, Replicates, luminance};
 use crate::unseen;
 
@@ -188,19 +189,19 @@ fn compare_pair(
     if with_tiles {
         own.rule.alpha *= 0.5;
     }
-    let (set, lengths) = common_cells(a, b)?;
-    let report = pathspace_validation::stats::compare(&set, &a.name, &b.name, &own)?;
+    let classes = common_classes(a, b);
+    let cells = test_cells(a, b, &classes, &own)?;
     let tiles = if with_tiles { tile_test(replicates, i, j, own.rule.alpha)? } else { None };
-    let (verdict, p) = judge(&report, tiles.as_ref(), with_tiles, lengths == 0);
+    let (verdict, p) = judge(&cells, tiles.as_ref(), with_tiles);
     let (mse_a, mse_b) = (a.common[j].mse(), b.common[i].mse());
     let summary = PairSummary {
         a: a.name.clone(),
         b: b.name.clone(),
         verdict,
         p,
-        mdb: report.mdb,
-        image: cell_summary(&report.cells[0]),
-        lengths: report.cells[1..].iter().map(cell_summary).collect(),
+        mdb: cells[0].test.mdb,
+        image: cell_summary(&cells[0]),
+        lengths: cells[1..].iter().map(cell_summary).collect(),
         tiles,
         unseen: [left_out(a, b), left_out(b, a)].into_iter().flatten().collect(),
         mse_a,
@@ -210,33 +211,8 @@ fn compare_pair(
     Ok(summary)
 }
 
-/// Image and lengths over the classes that both can make, and the number of lengths.
-fn common_cells(a: &Arm, b: &Arm) -> Result<(ReplicateSet, usize), StatsError> {
-    let classes = common_classes(a, b);
-    let mut lengths: Vec<u16> = classes.iter().map(|c| c.length).collect();
-    lengths.dedup();
-    let cells = std::iter::once(Cell::image())
-        .chain(lengths.iter().map(|&k| Cell::length(k.into())))
-        .collect();
-    let mut set = ReplicateSet::new(cells);
-    for arm in [a, b] {
-        for replicate in &arm.replicates {
-            let mut row = vec![0.0; 1 + lengths.len()];
-            for (class, value) in replicate.classes.iter().filter(|(c, _)| classes.contains(c)) {
-                let y = luminance(&value.mean);
-                row[0] += y;
-                if let Ok(k) = lengths.binary_search(&class.length) {
-                    row[1 + k] += y;
-                }
-            }
-            set.push(&arm.name, row)?;
-        }
-    }
-    Ok((set, lengths.len()))
-}
-
 /// Effective number of contributions that a group of tiles needs in a replicate of either arm.
-const TILE_EFFECTIVE_COUNT: f64 = 20.0;
+const TILE_EFFECTIVE_COUNT: f64 = 50.0;
 
 /// The permutation test over tiles × path classes of what both make, tiles merged within each class.
 ///
@@ -309,21 +285,16 @@ fn tile_sums(rows: &[Vec<f64>]) -> Result<TileSums, StatsError> {
     Ok(sums)
 }
 
-/// Verdict and p-value of a pair from its two tests.
-fn judge(
-    report: &PairReport,
-    tiles: Option<&TileSummary>,
-    with_tiles: bool,
-    nothing_common: bool,
-) -> (Verdict, f64) {
-    if nothing_common {
+/// Verdict and p-value of a pair from its two tests: *differ* where any cell or the tiles differ; else *agree* where the
+/// image does.
+fn judge(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) -> (Verdict, f64) {
+    if cells.len() == 1 {
+        // Nothing that both can make.
         return (Verdict::Inconclusive, 1.0);
     }
-    let trusted = |c: &&CellReport| {
-        !matches!(c.reason, Reason::NeverSampled | Reason::FewContributions | Reason::HeavyTail)
-    };
-    let mut p = report.cells.iter().filter(trusted).fold(1.0, |m: f64, c| m.min(c.p_adjusted));
-    let mut verdict = report.verdict;
+    let mut p = cells.iter().filter(|c| c.is_trusted()).fold(1.0, |m: f64, c| m.min(c.p));
+    let any = cells.iter().any(|c| c.verdict == Verdict::Differ);
+    let mut verdict = if any { Verdict::Differ } else { cells[0].verdict };
     if let Some(tiles) = tiles {
         p = p.min(tiles.p);
         if tiles.verdict == Verdict::Differ {
@@ -333,12 +304,12 @@ fn judge(
     (verdict, if with_tiles { (2.0 * p).min(1.0) } else { p })
 }
 
-fn cell_summary(cell: &CellReport) -> LengthSummary {
+fn cell_summary(cell: &CellTest) -> LengthSummary {
     LengthSummary {
-        length: cell.length,
+        length: cell.length.map(u32::from),
         verdict: cell.verdict,
         reason: cell.reason,
-        p: cell.p_adjusted,
+        p: cell.p,
         mdb: cell.test.mdb,
         mean_a: cell.test.mean_a,
         mean_b: cell.test.mean_b,

@@ -10,6 +10,7 @@
 //! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from another crate is treated as one of ours.
 
 pub mod budget;
+mod cells;
 mod clock;
 pub mod compare;
 mod moments;

@@ -227,7 +227,7 @@ mod signals {
             let v = last_line(&output);
             assert_eq!(v["complete"], false);
             let samples = v["samples_per_pixel"].as_f64().unwrap();
-            assert!(samples >= 1.0 && samples < 1e8);
+            assert!((1.0..1e8).contains(&samples));
             assert!(stdout(&output).contains(&format!("{samples} samples per pixel")));
             let exr = Exr::read(&out);
             assert!((mean(exr.channel("R")) / v["mean"][0].as_f64().unwrap() - 1.0).abs() < 1e-5);
