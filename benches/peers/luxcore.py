@@ -6,19 +6,23 @@
 
 All renderers get one rewritten copy of the file: same square box-filtered film, same depth, spheres as the same fine meshes.
 luxcore_scene.py turns it into LuxCore's properties and refuses what LuxCore has not, or has with another meaning. In each
-replicate every renderer runs once for the same wall-clock seconds, with its own seed and the same number of threads. MSE is the variance
-over replicates, averaged over pixels and channels: of all pixels, and of those that see no emitter directly. The edges of seen emitters are
-by far the noisiest pixels, and bdpt renders them with less noise by connections (s=1,t=1), which LuxCore and path tracers do
-without; the second figure shows how both carry light. Whether two renderers make the same picture is tested with Welch's t on the image mean
-and 16x16 tiles (luminance) with Holm's correction, again of all pixels and of those others; the minimum detectable bias is 5.17 SE/mean. The interval of a ratio of efficiencies
-is exp(ln ratio ± t sqrt((cv_a² + cv_b²)/K)), cv over replicates of squared error times seconds, t at 95 % for K − 1 degrees
-of freedom; it leaves out that both MSE share their replicates' mean. Exit status 1 where a pair differs.
+replicate every renderer runs once for the same wall-clock seconds, with its own seed and the same number of threads
+(films below 64x64 do not keep several threads of pathspace busy; compare seconds with processor seconds).
+
+MSE is the variance over replicates, averaged over pixels and channels: of all pixels, and of the others than those that see
+an emitter directly or lie beside one. The edges of seen emitters are by far the noisiest pixels, and bdpt renders them with less
+noise because it connects emitters with the camera (s=1,t=1), which LuxCore does not; the second figure shows how both carry light.
+Whether two renderers make the same picture is tested with Welch's t on the image mean and 16x16 tiles (luminance) with Holm's
+correction, again with all pixels and with the others; the minimum detectable bias is 5.17 SE/mean. The interval of a ratio of
+efficiencies is exp(ln ratio ± t sqrt((cv_a² + cv_b²)/K)), cv over replicates of squared error times seconds, t at 95 % for
+K − 1 degrees of freedom; it leaves out that the replicates share the mean that their errors are taken from. MSE does not
+contain bias. Exit status 1 where a pair differs.
 
 What is known of LuxCore and done here:
 - Filter NONE: a pixel gets its own samples. With BOX of width 0.5 BIDIRCPU puts some of them into neighbours.
 - The film is bottom-up and one row off; the screen window is moved by that row.
 - Thread i takes the seed plus i, so seeds of replicates are apart.
-- BIDIRCPU limits the edges of each subpath, not of the path, so with few edges it adds light of longer paths; ask for --depth 32.
+- BIDIRCPU limits the edges of each subpath, not of the path, so it adds light of longer paths; ask for a --depth where that is little.
 - BIDIRCPU's Russian roulette, on by default, gives wrong images. BIDIRCPU:roulette has it, BIDIRCPU has not and then connects all
   vertices of long subpaths, which is slow; so look at both, and at bdpt:rr_depth=1000, which has none either. PATHCPU keeps its own.
 - BIDIRCPU:METROPOLIS takes another sampler than RANDOM; this one is biased at short budgets.
@@ -231,6 +235,7 @@ def one_scene(source: pathlib.Path, folder: pathlib.Path, pairs: list[tuple[str,
     changes = []
 
     def edit(root, copy):
+        changes.clear()
         count = tessellate_spheres(root, copy, options.rings)
         if count:
             changes.append(f"{count} spheres as meshes of {options.rings} rings")
@@ -245,28 +250,32 @@ def one_scene(source: pathlib.Path, folder: pathlib.Path, pairs: list[tuple[str,
         if scene.depth < 0:
             path = rewrite(source.resolve(), folder, options.size, UNLIMITED, edit)
             scene = load(path)
-    except Refused as reason:
+    except (Refused, OSError) as reason:
         print(f"{name}: refused: {reason}")
         return False
     about = [f"{options.size}x{options.size}", f"depth {scene.depth}", f"{options.threads} threads"]
     about += [f"{options.replicates} replicates", f"pyluxcore {pyluxcore.Version()}", *changes]
     print(f"{name}: {', '.join(about)}", flush=True)
     runs = measure(path, scene, pairs, options)
-    every, calm = np.ones((scene.size, scene.size), bool), ~sees_emitter(path, options)
-    print(f"  pixels that see an emitter: {100 - 100 * calm.mean():.1f} %")
-    print(f"  {'renderer':28} {'mean':>9} {'seconds':>8} {'cpu':>7} {'spp':>8} {'MSE all':>10} {'MSE others':>10}")
+    calm = ~sees_emitter(path, options)
+    parts = [("all", np.ones_like(calm))] + ([("others", calm)] if calm.any() else [])
+    columns = " ".join(f"{'MSE ' + what:>10}" for what, _ in parts)
+    print(f"  others than those that see an emitter: {100 * calm.mean():.1f} % of the pixels")
+    print(f"  {'renderer':28} {'mean':>9} {'seconds':>8} {'cpu':>7} {'spp':>8} {columns}")
     for renderer, r in runs.items():
         spent = f"{np.mean(r.images):9.6f} {np.mean(r.seconds):8.3f} {np.mean(r.cpu):7.3f} {np.mean(r.spp):8.1f}"
-        print(f"  {renderer:28} {spent} {r.errors(every).mean():10.4g} {r.errors(calm).mean():10.4g}")
+        print(f"  {renderer:28} {spent} " + " ".join(f"{r.errors(p).mean():10.4g}" for _, p in parts))
+        if min(r.spp) < 4:
+            print(f"    too few samples per pixel ({min(r.spp):.1f}): LuxCore leaves pixels black; ask for more --seconds")
     differs = False
     for ours, theirs in pairs:
         a, b = runs[ours], runs[theirs]
         print(f"  {ours} : {theirs}")
-        for what, pixels in (("all", every), ("others", calm)):
+        for what, pixels in parts:
             compared = compare([i * pixels[..., None] for i in a.images], [i * pixels[..., None] for i in b.images])
             differs |= compared.verdict == "differ"
             print(f"    {what:6} {compared}")
-        for what, pixels in (("all", every), ("others", calm)):
+        for what, pixels in parts:
             for clock in ("seconds", "cpu"):
                 x, y = (r.efficiency(pixels, getattr(r, clock)) for r in (a, b))
                 share = f"{x[0]:.4g} / {y[0]:.4g}"
