@@ -16,7 +16,8 @@ Whether two renderers make the same picture is tested with Welch's t on the imag
 correction, again with all pixels and with the others; the minimum detectable bias is 5.17 SE/mean. The interval of a ratio of
 efficiencies is exp(ln ratio ± t sqrt((cv_a² + cv_b²)/K)), cv over replicates of squared error times seconds, t at 95 % for
 K − 1 degrees of freedom; it leaves out that the replicates share the mean that their errors are taken from. MSE does not
-contain bias. Exit status 1 where a pair differs.
+contain bias. Both the tests and the MSE err where a renderer hardly ever finds some light, as path tracers do with caustics: its
+replicates are skewed, look alike and too dark. Exit status 1 where a pair differs.
 
 What is known of LuxCore and done here:
 - Filter NONE: a pixel gets its own samples. With BOX of width 0.5 BIDIRCPU puts some of them into neighbours.

@@ -11,13 +11,18 @@ equal samples. Exit status 1 where a pair differs.
 """
 
 import argparse
+import importlib.util
 import pathlib
 import sys
 import tempfile
 import time
 
-import numpy as np
-from common import compare, max_depth, pathspace, rewrite
+if importlib.util.find_spec("numpy") is None:
+    print("numpy is not installed: pip install mitsuba numpy")
+    sys.exit(0)
+
+import numpy as np  # noqa: E402
+from common import compare, max_depth, pathspace, rewrite  # noqa: E402
 
 # Mitsuba's package has the name of this file.
 sys.path.pop(0)
