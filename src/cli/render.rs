@@ -4,7 +4,9 @@ use std::io::Write;
 use std::ops::ControlFlow;
 
 use anyhow::Result;
-use pathspace_benches::output::{Metadata, NamedLayer, Output, Picture, exposure};
+use pathspace_benches::output::{
+    Metadata, NamedLayer, Output, Picture, Weighting, exposure, technique_sheet,
+};
 use pathspace_benches::{Exposure, Status, expose};
 use pathspace_core::film::{Film, NonFinite};
 use pathspace_integrators::Registry;
@@ -127,7 +129,15 @@ fn write(
         version: env!("CARGO_PKG_VERSION").into(),
     };
     let picture = Picture { film: *film.description(), pixels: &pixels, layers: &layers, metadata };
-    Ok(output.write(&picture, exposure(&pixels))?)
+    output.write(&picture, exposure(&pixels))?;
+    for (weighting, suffix) in
+        [(Weighting::Weighted, "techniques.png"), (Weighting::Unweighted, "unweighted.png")]
+    {
+        if let Some(sheet) = technique_sheet(film, weighting) {
+            output.write_beside(suffix, &sheet)?;
+        }
+    }
+    Ok(())
 }
 
 fn named_layers(film: &Film) -> Vec<NamedLayer> {

@@ -5,6 +5,7 @@
 
 mod exr;
 mod png;
+mod sheet;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -14,6 +15,7 @@ use pathspace_core::description::FilmDescription;
 use thiserror::Error;
 
 pub use png::exposure;
+pub use sheet::{Weighting, technique_sheet};
 
 /// Why an image was not written.
 #[derive(Debug, Error)]
@@ -121,6 +123,18 @@ impl Output {
         let png = self.png();
         let bytes = png::encode(picture, exposure).map_err(|e| failed(&png, &e))?;
         write_whole(&png, &bytes).map_err(|e| failed(&png, &e))
+    }
+}
+
+impl Output {
+    /// Writes a picture beside the EXR file, under its name with `suffix`: `out.exr`, `out.techniques.png`.
+    ///
+    /// # Errors
+    /// [`OutputError`], with the system's reason.
+    pub fn write_beside(&self, suffix: &str, picture: &image::RgbImage) -> Result<(), OutputError> {
+        let path = self.exr.with_extension(suffix);
+        let bytes = png::encode_rgb(picture).map_err(|e| failed(&path, &e))?;
+        write_whole(&path, &bytes).map_err(|e| failed(&path, &e))
     }
 }
 

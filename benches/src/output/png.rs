@@ -41,6 +41,20 @@ pub(super) fn encode(picture: &Picture<'_>, exposure: f64) -> io::Result<Vec<u8>
     Ok(out.into_inner())
 }
 
+/// Radiance times exposure as an sRGB colour of 8 bits.
+pub(super) fn tone_map(radiance: [f64; 3], exposure: f64) -> [u8; 3] {
+    radiance.map(|v| to_byte(tone(v * exposure)))
+}
+
+/// The bytes of a picture without layers.
+pub(super) fn encode_rgb(picture: &image::RgbImage) -> io::Result<Vec<u8>> {
+    let mut out = Cursor::new(Vec::new());
+    image::codecs::png::PngEncoder::new(&mut out)
+        .write_image(picture, picture.width(), picture.height(), ExtendedColorType::Rgb8)
+        .map_err(|e| io::Error::other(e.to_string()))?;
+    Ok(out.into_inner())
+}
+
 /// The identity below the shoulder, then an exponential towards 1 with the same slope.
 fn tone(v: f64) -> f64 {
     if v <= SHOULDER {
