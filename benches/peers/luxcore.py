@@ -180,16 +180,16 @@ def measure(path: pathlib.Path, scene: Scene, pairs: list[tuple[str, str]], opti
     with quiet():
         lux = Lux(scene)
     out = path.parent / "compared.exr"
-    # Replicate −1 warms up.
+    # Replicate −1 warms up; the seed before the first is 0 or more.
     for r in range(-1, options.replicates):
         seconds = options.seconds if r >= 0 else min(0.2, options.seconds)
         for name in names:
             if engine_of(name)[0] in ENGINES:
                 with quiet():
-                    done = lux.render(name, r + 2, seconds, scene.depth, options.threads)
+                    done = lux.render(name, options.seed + r, seconds, scene.depth, options.threads)
             else:
                 budget = ["--seconds", str(seconds), "--threads", str(options.threads)]
-                image, report = pathspace(options.pathspace, path, name, r + 2, out, *budget)
+                image, report = pathspace(options.pathspace, path, name, options.seed + r, out, *budget)
                 cpu = report["cpu_seconds"] or math.nan
                 done = image, report["seconds"], cpu, report["samples_per_pixel"]
             if r >= 0:
@@ -207,13 +207,14 @@ def main() -> int:
     arguments.add_argument("--size", type=int, default=128)
     arguments.add_argument("--seconds", type=float, default=2, help="of one replicate of one renderer")
     arguments.add_argument("--replicates", type=int, default=16)
+    arguments.add_argument("--seed", type=int, default=1, help="of the first replicate; the others follow")
     arguments.add_argument("--threads", type=int, default=2)
     arguments.add_argument("--depth", type=int, help="longest path in edges; that of the file unless given")
     arguments.add_argument("--rings", type=int, default=64, help="of the mesh of a sphere")
     arguments.add_argument("--mirrors", action="store_true", help="make conductors ideal mirrors, for all renderers")
     options = arguments.parse_args()
-    if options.replicates < 2:
-        arguments.error("--replicates: at least 2 are needed")
+    if options.replicates < 2 or options.seed < 1:
+        arguments.error("--replicates: at least 2 are needed; --seed: at least 1")
     pairs = [tuple(p.rsplit("=", 1)) for p in options.pair or ["bdpt=BIDIRCPU", "pt=PATHCPU"]]
     for pair in pairs:
         engine, words = engine_of(pair[-1])
