@@ -5,4 +5,6 @@ mod bsdf_mitsuba;
 mod bsdf_models;
 mod bsdf_properties;
 mod chi2;
+mod emitters;
 mod geometry;
+mod sensor;

@@ -48,6 +48,11 @@ impl Families {
         Families(bits & 31)
     }
 
+    /// The union, for constants.
+    pub const fn or(self, other: Families) -> Self {
+        Families(self.0 | other.0)
+    }
+
     /// `self` where `condition` holds, else nothing.
     #[inline]
     pub fn when(self, condition: bool) -> Self {
