@@ -5,6 +5,7 @@ mod bsdf_mitsuba;
 mod bsdf_models;
 mod bsdf_properties;
 mod chi2;
+mod delta;
 mod emitters;
 mod geometry;
 mod sensor;

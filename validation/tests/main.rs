@@ -1,6 +1,9 @@
 //! Integration tests of pathspace against exact answers: one binary, a module per subject.
 
+mod crop;
+mod determinism;
 mod exact;
 mod extremes;
+mod hard;
 mod models;
 mod oracle;

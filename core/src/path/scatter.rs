@@ -211,12 +211,7 @@ impl Scene {
     }
 
     /// f̄(ω_l, ω_c) of any lobe, delta ones relative to the common delta function.
-    pub(crate) fn scatter_value(
-        &self,
-        point: &SurfacePoint,
-        to_light: Vec3,
-        to_sensor: Vec3,
-    ) -> Rgb {
+    pub fn scatter_value(&self, point: &SurfacePoint, to_light: Vec3, to_sensor: Vec3) -> Rgb {
         let bsdf = self.bsdf(point);
         let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
         if !bsdf.is_delta_at(c) {
