@@ -28,7 +28,7 @@ pub struct Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Plan { replicates: 24, pilot: 4, most: 600, mdb: 0.005, seed: 1 }
+        Plan { replicates: 24, pilot: 4, most: 2000, mdb: 0.005, seed: 1 }
     }
 }
 
