@@ -8,8 +8,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::film::{Chunk, Film};
 use crate::random::{Address, RandomStream};
 
-/// Work items in a chunk: large enough to hide the hand-over, small enough to balance two rows of a small image.
-const CHUNK: u64 = 1024;
+/// Work items in a chunk: large enough to hide the hand-over, small enough that a small image occupies many threads. Depends on the
+/// number of items alone, as the order of sums does.
+fn chunk_size(items: u64) -> u64 {
+    (items / 256).clamp(32, 1024)
+}
 
 /// What a step has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +54,8 @@ pub fn run_items<F>(film: &mut Film, seed: u64, step: u64, items: u64, f: F) -> 
 where
     F: Fn(u64, &mut RandomStream, &mut Chunk) + Sync,
 {
-    let chunks = items.div_ceil(CHUNK);
+    let size = chunk_size(items);
+    let chunks = items.div_ceil(size);
     let layers = film.layers();
     let next = AtomicU64::new(0);
     let rays = AtomicU64::new(0);
@@ -64,7 +68,7 @@ where
                 break;
             }
             let mut chunk = Chunk::new(layers);
-            for item in index * CHUNK..((index + 1) * CHUNK).min(items) {
+            for item in index * size..((index + 1) * size).min(items) {
                 let address = Address { seed, step, item };
                 chunk.begin(address);
                 f(item, &mut RandomStream::new(address), &mut chunk);

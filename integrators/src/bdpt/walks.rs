@@ -108,11 +108,9 @@ impl Walks {
             let mut x0 = first_vertex(emission.vertex, emission.pdf);
             x0.throughput = emission.radiance * (1.0 / emission.pdf.value()) as f32;
             vertices.push(x0);
-            // G/p(x₁|x₀) = |cos θ₀|/p_σ, or 1/p_⊥ for a beam.
-            let factor = emission.cos as f64 / (emission.pdf.value() * emission.next.value());
             let first = OpenEdge {
                 ray: emission.ray,
-                throughput: emission.radiance * factor as f32,
+                throughput: emission.throughput(),
                 next: emission.next,
             };
             walk.walk(scene, &mut vertices, first, u, |light, edge, length| {
