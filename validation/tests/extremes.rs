@@ -4,6 +4,7 @@ use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::integrator::PathEstimator;
 use pathspace_core::random::{Address, PrimarySample, RandomStream};
+use pathspace_integrators::bdpt::Bdpt;
 use pathspace_integrators::lt::LightTracer;
 use pathspace_integrators::pt::PathTracer;
 
@@ -63,6 +64,12 @@ fn path_tracing_stays_finite() {
 fn light_tracing_stays_finite() {
     let lt = LightTracer::from_spec(&"lt".parse().unwrap(), &Default::default()).unwrap();
     models::all().iter().for_each(|(name, scene)| torture(name, scene, &lt));
+}
+
+#[test]
+fn bidirectional_path_tracing_stays_finite() {
+    let bdpt = Bdpt::from_spec(&"bdpt".parse().unwrap(), &Default::default()).unwrap();
+    models::all().iter().for_each(|(name, scene)| torture(name, scene, &bdpt));
 }
 
 #[test]
