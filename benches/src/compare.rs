@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use pathspace_validation::stats::{
     CompareConfig, Moments, PermutationConfig, Reason, StatsError, TileSums, Verdict, efficiency,
-    max_t, merge_tiles,
+    max_t, merge_tiles, pareto_khat,
 };
 use serde::Serialize;
 
@@ -87,7 +87,7 @@ pub struct TileSummary {
     pub groups: usize,
     /// p-value of all groups together.
     pub p: f64,
-    /// Differ below the level, otherwise agree.
+    /// Differ below the level, inconclusive where fireflies rule an arm's tiles, otherwise agree.
     pub verdict: Verdict,
 }
 
@@ -254,8 +254,30 @@ fn tile_test(
         let permutations = (4.0 / alpha).ceil() as usize - 1;
         p = max_t(&x, &y, &PermutationConfig { permutations, seed: 2 })?.p;
     }
-    let verdict = if p < alpha { Verdict::Differ } else { Verdict::Agree };
+    let verdict = if heavy_tailed(&x)? || heavy_tailed(&y)? {
+        Verdict::Inconclusive
+    } else if p < alpha {
+        Verdict::Differ
+    } else {
+        Verdict::Agree
+    };
     Ok(Some(TileSummary { columns, rows, groups, p, verdict }))
+}
+
+/// Whether fireflies rule an arm's tiles: a generalised Pareto shape k̂ ≥ ½ of the tiles relative to their means, beyond which a variance
+/// does not exist. A permutation of labels then tells how often a firefly fell, not whether the means differ.
+fn heavy_tailed(replicates: &[Vec<f64>]) -> Result<bool, StatsError> {
+    let n = replicates.len() as f64;
+    let relative: Vec<f64> = (0..replicates[0].len())
+        .flat_map(|tile| {
+            let mean = replicates.iter().map(|r| r[tile]).sum::<f64>() / n;
+            replicates.iter().map(move |r| if mean > 0.0 { r[tile] / mean } else { 0.0 })
+        })
+        .collect();
+    if relative.len() < 64 {
+        return Ok(false);
+    }
+    Ok(pareto_khat(&relative)?.is_some_and(|k| k >= 0.5))
 }
 
 /// Path classes that both arms can make and at least one has met.
@@ -296,7 +318,9 @@ fn judge(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) -> (
     let any = cells.iter().any(|c| c.verdict == Verdict::Differ);
     let mut verdict = if any { Verdict::Differ } else { cells[0].verdict };
     if let Some(tiles) = tiles {
-        p = p.min(tiles.p);
+        if tiles.verdict != Verdict::Inconclusive {
+            p = p.min(tiles.p);
+        }
         if tiles.verdict == Verdict::Differ {
             verdict = Verdict::Differ;
         }

@@ -29,8 +29,9 @@ impl Heuristic {
     /// Unnormalised share of a technique whose density is `p`, where the largest one is `max`.
     #[inline]
     fn share(self, p: f64, max: f64) -> f64 {
-        // Relative to the largest: powers of densities of long paths neither overflow nor vanish.
-        let r = p / max;
+        // Relative to the largest: powers of densities of long paths neither overflow nor vanish. A density beyond every number (a
+        // connection in a corner) takes all.
+        let r = if max.is_finite() { p / max } else { f64::from(p == max) };
         match self {
             Heuristic::Balance => r,
             Heuristic::Power { beta } => {
@@ -123,6 +124,14 @@ mod tests {
             for (a, b) in [(1.0, 2.0), (3.0, 0.0), (1e-200, 1e200), (4.0, 4.0), (0.0, 1.0)] {
                 assert!((h.weight2(a, b) - h.weight(0, &[a, b])).abs() < 1e-15, "{h} {a} {b}");
             }
+        }
+    }
+
+    #[test]
+    fn a_density_beyond_all_numbers_takes_all() {
+        for h in ALL.into_iter().filter(|h| *h != Heuristic::Uniform) {
+            assert_eq!(h.weight(0, &[1.0, f64::INFINITY]), 0.0, "{h}");
+            assert_eq!(h.weight2(f64::INFINITY, 3.0), 1.0, "{h}");
         }
     }
 

@@ -302,3 +302,70 @@ fn bidirectional_path_tracer_with_roulette_agrees_with_the_oracle() {
 fn bidirectional_path_tracer_without_roulette_agrees_with_the_oracle() {
     bdpt("heuristic=balance,roulette=false", Heuristic::Balance);
 }
+
+#[test]
+fn bidirectional_path_tracer_agrees_with_the_oracle_on_the_library() {
+    let bdpt = every_technique();
+    run_library(&arm_of(&bdpt), &bdpt);
+}
+
+fn every_technique() -> Bdpt {
+    let spec = "bdpt:max_depth=12,heuristic=power,roulette=true".parse().unwrap();
+    Bdpt::from_spec(&spec, &Default::default()).unwrap()
+}
+
+fn arm_of(bdpt: &Bdpt) -> Arm<'static> {
+    Arm {
+        name: "bdpt",
+        techniques: |k| (0..k + 2).map(|s| Technique::new(s, k + 1 - s)).collect(),
+        heuristic: bdpt.heuristic,
+        rules: bdpt.rules(),
+    }
+}
+
+/// Each path of the library by the production weight of each technique: equal to the oracle's, and Σ w = 1.
+#[test]
+fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_one() {
+    let bdpt = every_technique();
+    let arm = arm_of(&bdpt);
+    for entry in library::all() {
+        let loaded = entry.load(&[]).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
+        let scene = models::build(&loaded.description);
+        let pinhole = scene.sensor().is_pinhole();
+        let sink = collect(&bdpt, &scene, PATHS);
+        let (mut weights, mut sums, mut off, mut blocked) = (0, 0, 0, 0);
+        for record in &sink.records {
+            let path = &record.path;
+            let k = path.length();
+            let all = (arm.techniques)(k);
+            let ln: Vec<_> = all.iter().map(|t| ln_density(&scene, path, *t, &arm.rules)).collect();
+            let made = bdpt.weights_of(&scene, path);
+            // Rounding moves a direction by 2⁻²⁴ over the length of its edge, more at grazing angles.
+            let shortest = path.vertices.windows(2).map(|w| w[0].edge_to(&w[1]));
+            let grazing = shortest.map(|e| e.distance2().sqrt() * e.cos_a().min(e.cos_b()));
+            let tolerance = TOLERANCE + 64.0 / 16_777_216.0 / grazing.fold(1.0, f64::min);
+            let mut sum = 0.0;
+            for (technique, weight) in &made {
+                let own = all.iter().position(|t| t == technique).expect("s + t = k + 1");
+                let oracle = arm.heuristic.weight_ln(own, &ln);
+                weights += 1;
+                off += usize::from(!((weight - oracle).abs() <= tolerance));
+                sum += weight;
+            }
+            // An edge that is seen from one side only, or a lens, leaves a technique out.
+            if made.len() == ln.iter().flatten().count() && pinhole {
+                sums += 1;
+                off += usize::from(!((sum - 1.0).abs() <= tolerance));
+            } else {
+                blocked += 1;
+            }
+        }
+        println!(
+            "{}: {} paths, {weights} weights, {sums} sums, {off} off, {blocked} not whole",
+            entry.name,
+            sink.records.len()
+        );
+        assert!(off * 1000 <= weights + sums, "{}: {off} of {weights} weights off", entry.name);
+        assert!(!pinhole || blocked * 50 <= sums, "{}: {blocked} paths not whole", entry.name);
+    }
+}

@@ -192,20 +192,22 @@ impl Scene {
         pdf * self.emitters().mass(emitter)
     }
 
-    /// Density of x₁ given x₀ when a light subpath goes along `edge` (x₀ → x₁).
-    pub fn pdf_emission_next(&self, vertex: &Vertex, edge: &Edge) -> Density<Area> {
+    /// Density with which a light subpath leaves x₀ in unit direction `d`; `None` behind a surface.
+    pub fn next_of(&self, vertex: &Vertex, d: Vec3) -> Option<NextDensity> {
         match vertex {
             Vertex::Surface(point) => {
-                let cos = point.n_g.dot(edge.direction());
-                if cos <= 0.0 {
-                    return Density::ZERO;
-                }
-                edge.to_area(Density::new(edge.cos_a() / PI))
+                let cos = point.n_g.as_dvec3().dot(d.as_dvec3());
+                (cos > 0.0).then(|| NextDensity::Direction(Density::new(cos / PI)))
             }
-            Vertex::PointEmitter { .. } => edge.to_area(Density::new(0.25 / PI)),
-            Vertex::InfiniteEmitter { .. } => edge.beam_to_area(beam_density()),
-            Vertex::Sensor { .. } => Density::ZERO,
+            Vertex::PointEmitter { .. } => Some(NextDensity::Direction(Density::new(0.25 / PI))),
+            Vertex::InfiniteEmitter { .. } => Some(NextDensity::Across(beam_density())),
+            Vertex::Sensor { .. } => None,
         }
+    }
+
+    /// Density of x₁ given x₀ when a light subpath goes along `edge` (x₀ → x₁).
+    pub fn pdf_emission_next(&self, vertex: &Vertex, edge: &Edge) -> Density<Area> {
+        self.next_of(vertex, edge.direction()).map_or(Density::ZERO, |next| next.to_area(edge))
     }
 
     /// L_e(x₀→x₁) of an emitter vertex in unit direction `d`.

@@ -227,13 +227,18 @@ impl Scene {
     }
 }
 
+/// Cosines below this are rounding: positions and normals are `f32`. A direction so near to a tangent plane scatters nothing where n_s ≠ n_g,
+/// because the quotient of cosines would be noise without bound there; it holds about 10⁻⁶ of the directions.
+const MIN_COSINE: f32 = 1e-6;
+
 /// |ω·n_s| / |ω·n_g|.
 #[inline]
 fn shading_ratio(point: &SurfacePoint, w: Vec3, cos_s: f32) -> f32 {
     if point.n_g == point.frame.n {
         return 1.0;
     }
-    cos_s.abs() / point.n_g.dot(w).abs().max(f32::MIN_POSITIVE)
+    let cos_g = point.n_g.dot(w).abs();
+    if cos_g < MIN_COSINE { 0.0 } else { cos_s.abs() / cos_g }
 }
 
 /// |ω_l·n_s||ω_c·n_g| / (|ω_l·n_g||ω_c·n_s|) (Veach 1997, eq. 5.19).
@@ -242,7 +247,11 @@ fn adjoint_factor(point: &SurfacePoint, l: Vec3, l_z: f32, c: Vec3, c_z: f32) ->
     if point.n_g == point.frame.n {
         return 1.0;
     }
-    shading_ratio(point, l, l_z) / shading_ratio(point, c, c_z).max(f32::MIN_POSITIVE)
+    let (l_g, c_s) = (point.n_g.dot(l).abs(), c_z.abs());
+    if l_g < MIN_COSINE || c_s < MIN_COSINE {
+        return 0.0;
+    }
+    l_z.abs() * point.n_g.dot(c).abs() / (l_g * c_s)
 }
 
 /// m n_to² |ω_to·n_s|.

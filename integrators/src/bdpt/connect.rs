@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3};
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::color::Rgb;
+use pathspace_core::emitter::DirectSample;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::measure::{Density, Mass, SolidAngle};
 use pathspace_core::path::{Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
@@ -87,13 +88,20 @@ impl<S: Sink> Connector<'_, S> {
     /// Technique s = 1: x₀ is sampled for the last vertex of `sensor`.
     pub(super) fn next_event(&mut self, sensor: &[SubpathVertex], pick: f32, u: [f32; 2]) {
         let scene = self.scene;
+        let Some(p) = sensor.last().and_then(|z| z.vertex.position()) else { return };
+        if self.sensor.weights.techniques.contains(1, sensor.len())
+            && let Some(direct) = scene.sample_direct(p, pick, u)
+        {
+            self.connect_direct(sensor, &direct);
+        }
+    }
+
+    /// Connects x₀ of next-event estimation to the last vertex of `sensor`.
+    pub(super) fn connect_direct(&mut self, sensor: &[SubpathVertex], direct: &DirectSample) {
+        let scene = self.scene;
         let [.., before, z] = sensor else { return };
         let Vertex::Surface(point) = &z.vertex else { return };
         let k = sensor.len();
-        if !self.sensor.weights.techniques.contains(1, k) {
-            return;
-        }
-        let Some(direct) = scene.sample_direct(point.p, pick, u) else { return };
         let edge = z.vertex.edge_to(&direct.vertex);
         let mode = TransportMode::Radiance;
         let Some(scatter) = scene.connect_scatter(point, z.from, edge.direction(), mode) else {

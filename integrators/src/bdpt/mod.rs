@@ -9,12 +9,14 @@
 //! | both subpaths of a sample, and the techniques that need one of them | `walks` |
 //! | the techniques | `connect` |
 //! | connections to a cache of light vertices | `cache` |
+//! | weights of a given path, for tests | `replay` |
 //! | debug builds check weights against the oracle | `verify` |
 //! | weights, O(1) per connection | `weight` |
 //! | which techniques take part | `techniques` |
 
 mod cache;
 mod connect;
+mod replay;
 mod subpath;
 mod techniques;
 mod verify;
@@ -39,9 +41,6 @@ use crate::spec::{Defaults, Spec, SpecError};
 
 /// Name in the registry.
 pub const NAME: &str = "bdpt";
-
-/// Paths longer than this end without roulette only where the scene caps them.
-const ROULETTE_FROM: u32 = 24;
 
 /// How the vertices of the two subpaths are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,8 +86,8 @@ impl Bdpt {
                 "connect",
                 &[("full", Connect::Full), ("one", Connect::One), ("cache", Connect::Cache)],
             )?,
-            roulette: options.boolean("roulette", max_length.is_none_or(|k| k > ROULETTE_FROM))?
-                || max_length.is_none(),
+            // Walks without a cap would not end.
+            roulette: options.boolean("roulette", true)? || max_length.is_none(),
             max_length,
             spec: spec.to_string(),
         };

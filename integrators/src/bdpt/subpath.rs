@@ -74,8 +74,9 @@ impl WalkConfig {
             }
             let from = -edge.ray.d;
             let connectible = !scene.is_delta_at(&point, from);
-            self.push(scene, subpath, Vertex::Surface(point), &edge, connectible);
-            if subpath.len() >= self.max_vertices {
+            if !self.push(scene, subpath, Vertex::Surface(point), &edge, connectible)
+                || subpath.len() >= self.max_vertices
+            {
                 return None;
             }
             let (lobe, direction) = (u.next(), u.next2());
@@ -93,7 +94,9 @@ impl WalkConfig {
         None
     }
 
-    /// Adds the vertex that `edge` ends on, and tells the vertex before the last how likely the opposite walk makes it.
+    /// Adds the vertex that `edge` ends on, and tells the vertex before the last how likely the opposite walk makes it. False, and nothing
+    /// added, where its density is 0: seen from the vertices as they were rounded, the edge lies in a surface. Only corners do that,
+    /// at distances of an offset, and no weight could be given to such a path.
     pub(super) fn push(
         &self,
         scene: &Scene,
@@ -101,12 +104,15 @@ impl WalkConfig {
         vertex: Vertex,
         edge: &OpenEdge,
         connectible: bool,
-    ) {
+    ) -> bool {
         let from = -edge.ray.d;
         let n = subpath.len();
         let last = &subpath[n - 1];
         let to_vertex = Edge::new(&last.vertex.end(), &vertex.end());
         let pdf = edge.next.to_area(&to_vertex);
+        if pdf.is_zero() {
+            return false;
+        }
         let mut class = last.class;
         class.push(connectible);
         let backward = if n >= 2 {
@@ -124,6 +130,7 @@ impl WalkConfig {
             class,
             weight,
         });
+        true
     }
 
     /// Density with which the opposite walk, that came to `last` from direction `to`, goes on to the vertex before it.

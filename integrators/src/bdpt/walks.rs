@@ -119,9 +119,10 @@ impl Walks {
                 }
                 let Some(p) = scene.sensor().hit_lens(&edge.ray, length) else { return };
                 let lens = Vertex::Sensor { p, n: scene.sensor().axis() };
-                walk.push(scene, light, lens, edge, true);
-                connector.hit_lens(light, emitter, edge.ray.d);
-                light.pop();
+                if walk.push(scene, light, lens, edge, true) {
+                    connector.hit_lens(light, emitter, edge.ray.d);
+                    light.pop();
+                }
             });
         }
         LightSubpath { vertices, emitter }
@@ -156,9 +157,10 @@ impl Walks {
             && let Some(emitter) = connector.scene.emitters().background()
         {
             let vertex = Vertex::InfiniteEmitter { emitter, to: edge.ray.d };
-            self.sensor.push(connector.scene, &mut sensor.vertices, vertex, edge, false);
-            connector.hit_emitter(&sensor.vertices);
-            sensor.vertices.pop();
+            if self.sensor.push(connector.scene, &mut sensor.vertices, vertex, edge, false) {
+                connector.hit_emitter(&sensor.vertices);
+                sensor.vertices.pop();
+            }
         }
     }
 

@@ -133,9 +133,16 @@ impl Weights {
         let (last, before) = (&subpath[n - 1], &subpath[n - 2]);
         state.ratio_before = backward / before.pdf;
         let can = before.connectible && last.connectible;
-        let here = if can { self.power(last.weight.direct) } else { 0.0 };
-        state.running = here + self.power(state.ratio_before) * last.weight.running;
+        state.running =
+            self.run_on(can, last.weight.direct, state.ratio_before, last.weight.running);
         state
+    }
+
+    /// K_j = χ_j d_j + ρ_{j−1}^β K_{j−1}.
+    #[inline]
+    fn run_on(&self, can: bool, direct: f64, ratio: f64, running: f64) -> f64 {
+        let here = if can { self.power(direct) } else { 0.0 };
+        here + self.power(ratio) * running
     }
 
     /// w_{s,t} of a path made of two sides; `own` is d of the technique itself.
@@ -206,5 +213,71 @@ pub(super) fn direct_ratio(scene: &Scene, x0: &SubpathVertex, x1: &Vertex) -> f6
     match x1.position() {
         Some(p) => scene.pdf_direct(p, &x0.vertex) / x0.pdf,
         None => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use pathspace_core::random::{Address, PrimarySample, RandomStream};
+
+    use super::super::connect::first_vertex;
+    use super::*;
+
+    /// A subpath of random densities and delta vertices; only what weights look at is set.
+    fn random_subpath(
+        weights: &Weights,
+        mode: TransportMode,
+        n: usize,
+        u: &mut RandomStream,
+    ) -> Subpath {
+        let mut subpath = Subpath::new();
+        for j in 0..n {
+            let ln = |u: &mut RandomStream| 20.0 * (u.next() as f64 - 0.5);
+            let pdf = Density::new(ln(u).exp());
+            let mut v = first_vertex(Vertex::Sensor { p: Vec3::ZERO, n: Vec3::Z }, pdf);
+            v.connectible = j == 0 || u.next() < 0.7;
+            if j == 1 {
+                v.weight.running = f64::from(weights.start_can_be_hit(mode));
+                v.weight.direct = if mode == TransportMode::Importance { ln(u).exp() } else { 1.0 };
+            } else if j >= 2 {
+                let (last, before) = (&subpath[j - 1], &subpath[j - 2]);
+                v.weight.ratio_before = ln(u).exp() / before.pdf.value();
+                let can = before.connectible && last.connectible;
+                let (direct, running) = (last.weight.direct, last.weight.running);
+                v.weight.running = weights.run_on(can, direct, v.weight.ratio_before, running);
+            }
+            subpath.push(v);
+        }
+        subpath
+    }
+
+    fn side<'a>(subpath: &'a Subpath, direct: f64, u: &mut RandomStream) -> Side<'a> {
+        let mut density = || Density::new((20.0 * (u.next() as f64 - 0.5)).exp());
+        Side { vertices: subpath, last: density(), before: density(), connectible: true, direct }
+    }
+
+    #[test]
+    fn running_sums_equal_the_chain_of_ratios_to_ten_digits() {
+        for (i, beta) in [1.0, 2.0, 3.5].into_iter().enumerate() {
+            let heuristic =
+                if beta == 1.0 { Heuristic::Balance } else { Heuristic::Power { beta } };
+            for item in 0..20_000 {
+                let mut u = RandomStream::new(Address { seed: i as u64, step: 0, item });
+                let (pinhole, delta) = (u.next() < 0.5, u.next() < 0.5);
+                let weights = Weights::new(heuristic, TechniqueSet::ALL, pinhole, delta);
+                let n = |u: &mut RandomStream| (u.next() * 7.0) as usize;
+                let (s, t) = (n(&mut u), n(&mut u));
+                let light = random_subpath(&weights, TransportMode::Importance, s, &mut u);
+                let sensor = random_subpath(&weights, TransportMode::Radiance, t, &mut u);
+                let direct = if s == 2 { light[1].weight.direct } else { 1.0 };
+                let light = side(&light, direct, &mut u);
+                let sensor = side(&sensor, 1.0, &mut u);
+                let own = if s == 1 { 3.0 } else { 1.0 };
+                let fast = weights.weight(light, sensor, own);
+                let slow = weights.weight_by_chain(light, sensor, own);
+                assert!((fast - slow).abs() <= 1e-10 * slow, "β {beta} ({s},{t}): {fast} {slow}");
+            }
+        }
     }
 }
