@@ -7,7 +7,7 @@
 //! | [`core`] | light transport itself: measures, geometry, scattering, paths, film |
 //! | [`integrators`] | the algorithms, each readable alone |
 //! | [`scenes`] | the reader of Mitsuba scenes and the library of scenes |
-//! | [`validation`] | statistics that tell whether integrators agree |
+//! | [`validation`] | statistics that tell whether integrators agree, scenes with exact answers |
 //! | [`benches`] | budgets, replicates, comparisons, image files |
 //!
 //! The command with an integrator of your own is one line, because everything in it takes a [`Registry`](integrators::Registry):

@@ -25,10 +25,10 @@ What is known of LuxCore and done here:
 - Thread i takes the seed plus i, so seeds of replicates are apart.
 - BIDIRCPU limits the edges of each subpath, not of the path, so it adds light of longer paths; ask for a --depth where that is little.
 - BIDIRCPU's Russian roulette, on by default, gives wrong images. BIDIRCPU:roulette has it, BIDIRCPU has not and then connects all
-  vertices of long subpaths, which is slow; so look at both, and at bdpt:rr_depth=1000, which has none either. PATHCPU keeps its own.
+  vertices of long subpaths, which is slow; so look at both, and at bdpt:roulette=false, which has none either. PATHCPU keeps its own.
 - BIDIRCPU:METROPOLIS takes another sampler than RANDOM; this one is biased at short budgets.
 
-For example --pair bdpt=BIDIRCPU --pair bdpt=BIDIRCPU:roulette --pair bdpt:rr_depth=1000=BIDIRCPU --pair pt=PATHCPU.
+For example --pair bdpt=BIDIRCPU --pair bdpt=BIDIRCPU:roulette --pair bdpt:roulette=false=BIDIRCPU --pair pt=PATHCPU.
 """
 
 import argparse

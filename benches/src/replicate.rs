@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pathspace_core::Scene;
+pub use pathspace_core::color::luminance;
 use pathspace_core::film::{Families, Film, LayerKey, Layers, NonFinite, Plane};
 use pathspace_core::integrator::{Integrator, IntegratorError};
 use pathspace_core::random::derive_seed;
@@ -104,11 +105,6 @@ pub struct Replicates {
     pub tiles: Tiles,
     /// False where it was stopped early.
     pub complete: bool,
-}
-
-/// Rec. 709 luminance of a pixel, with the weights of [`pathspace_core::Rgb::luminance`].
-pub fn luminance(p: &[f64; 3]) -> f64 {
-    0.212671 * p[0] + 0.715160 * p[1] + 0.072169 * p[2]
 }
 
 /// Renders every replicate of every integrator: replicate by replicate, with the order of the integrators turned round every

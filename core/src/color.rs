@@ -30,11 +30,6 @@ impl Rgb {
         Rgb { r: v, g: v, b: v }
     }
 
-    /// Rec. 709 luminance Y = 0.212671 r + 0.715160 g + 0.072169 b, the weights that Mitsuba uses.
-    pub fn luminance(self) -> f32 {
-        0.212671 * self.r + 0.715160 * self.g + 0.072169 * self.b
-    }
-
     /// Largest channel.
     pub fn max_channel(self) -> f32 {
         self.r.max(self.g).max(self.b)
@@ -82,6 +77,11 @@ impl Index<usize> for Rgb {
             _ => panic!("an Rgb has the channels 0..3, not {i}"),
         }
     }
+}
+
+/// Rec. 709 luminance of a pixel, Y = 0.212671 r + 0.715160 g + 0.072169 b, the weights that Mitsuba uses. They sum to 1: grey keeps its value.
+pub fn luminance(p: &[f64; 3]) -> f64 {
+    0.212671 * p[0] + 0.715160 * p[1] + 0.072169 * p[2]
 }
 
 impl Add for Rgb {

@@ -34,11 +34,13 @@ pub trait Integrator: Send + Sync {
     /// Families of techniques that it uses on this scene: which paths it can see.
     fn families(&self, scene: &Scene) -> Families;
 
-    /// Begins a run. Two runs with different seeds are independent replicates.
+    /// Begins a run: goes on from the state before the first step. Two runs with different seeds are independent replicates.
     ///
     /// # Errors
     /// Where the scene is not for this integrator (a radiosity solver and a mirror).
-    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError>;
+    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError> {
+        self.resume(scene, seed, &State::default())
+    }
 
     /// Goes on from a saved state, to the bit as if never interrupted.
     ///

@@ -58,10 +58,6 @@ impl Integrator for LightTracer {
         Families::T1
     }
 
-    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError> {
-        self.resume(scene, seed, &State::default())
-    }
-
     fn resume(
         &self,
         scene: Arc<Scene>,

@@ -71,10 +71,6 @@ impl Integrator for PathTracer {
         Families::S0 | Families::S1.when(self.nee)
     }
 
-    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError> {
-        self.resume(scene, seed, &State::default())
-    }
-
     fn resume(
         &self,
         scene: Arc<Scene>,

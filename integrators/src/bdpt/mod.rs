@@ -128,10 +128,6 @@ impl Integrator for Bdpt {
             | Families::T0.when(!scene.sensor().is_pinhole() && any(2..FAR, 0..1))
     }
 
-    fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError> {
-        self.resume(scene, seed, &State::default())
-    }
-
     fn resume(
         &self,
         scene: Arc<Scene>,

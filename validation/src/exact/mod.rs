@@ -20,6 +20,7 @@ pub mod receivers;
 
 pub use measure::{ExactError, Plan, measure};
 
+use pathspace_core::color::luminance;
 use pathspace_core::description::SceneDescription;
 use pathspace_core::film::{Families, Film, LayerKey};
 use pathspace_core::path::WalkRules;
@@ -74,20 +75,14 @@ impl ExactLength {
     /// The same number measured: from a film with the layer of lengths.
     pub fn observe(&self, film: &Film) -> f64 {
         match self.length {
-            None => luminance(film.mean()),
+            None => luminance(&film.mean()),
             Some(k) => {
                 let key = LayerKey::Length(u16::try_from(k).unwrap_or(u16::MAX));
                 let Some(image) = film.layer_image(key) else { return 0.0 };
-                image.iter().map(|p| luminance(*p)).sum::<f64>() / image.len() as f64
+                image.iter().map(luminance).sum::<f64>() / image.len() as f64
             }
         }
     }
-}
-
-/// Rec. 709 luminance.
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    // The weights sum to 1: grey light has its own value.
-    0.212671 * r + 0.715160 * g + 0.072169 * b
 }
 
 impl ExactScene {
