@@ -180,6 +180,14 @@ impl<'a> Options<'a> {
         }
     }
 
+    /// `max_depth` alone, for integrators whose roulette counts no vertices.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn max_length(&mut self, defaults: &Defaults) -> Result<Option<u32>, SpecError> {
+        self.depth("max_depth", defaults.rules.max_length, true)
+    }
+
     /// `max_depth` (edges of the longest path, −1 unlimited) and `rr_depth`, in Mitsuba's meaning.
     ///
     /// # Errors
@@ -187,7 +195,7 @@ impl<'a> Options<'a> {
     pub fn walk_rules(&mut self, defaults: &Defaults) -> Result<WalkRules, SpecError> {
         let rules = defaults.rules;
         Ok(WalkRules {
-            max_length: self.depth("max_depth", rules.max_length, true)?,
+            max_length: self.max_length(defaults)?,
             rr_depth: self
                 .depth("rr_depth", Some(rules.rr_depth), false)?
                 .unwrap_or(rules.rr_depth),

@@ -78,7 +78,7 @@ impl Bdpt {
     /// Where an option is unknown or its value out of range.
     pub fn from_spec(spec: &Spec, defaults: &Defaults) -> Result<Self, SpecError> {
         let mut options = spec.options();
-        let max_length = options.walk_rules(defaults)?.max_length;
+        let max_length = options.max_length(defaults)?;
         let bdpt = Bdpt {
             techniques: options.techniques()?,
             heuristic: options.heuristic(Heuristic::Power { beta: 2.0 })?,

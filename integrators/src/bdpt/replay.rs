@@ -28,7 +28,8 @@ impl Bdpt {
         let light = lay(scene, &connector.light, v, scene.pdf_emission_vertex(&v[0]));
         let sensor = lay(scene, &connector.sensor, &backwards, scene.sensor().pdf_vertex());
         // A pinhole has one point; on a lens the technique would sample another one than the path's.
-        let one_lens_point = scene.sensor().is_pinhole();
+        let pinhole = scene.sensor().is_pinhole();
+        let delta = scene.emitters().get(emitter).is_delta();
         let mut weights = Vec::new();
         for s in 0..=k + 1 {
             let t = k + 1 - s;
@@ -40,15 +41,14 @@ impl Bdpt {
                 [light, sensor].iter().all(|side| side.last().is_some_and(|v| v.connectible));
             let before = connector.sink.records.len();
             match (s, t) {
-                (0, _) => connector.hit_emitter(sensor),
-                (_, 0) => {
+                // Walks never end on a point that has no area.
+                (0, _) if !delta => connector.hit_emitter(sensor),
+                (_, 0) if !pinhole => {
                     if let [.., _, lens] = light {
                         connector.hit_lens(light, emitter, -lens.from);
                     }
                 }
-                (_, 1) if connectible && one_lens_point => {
-                    connector.onto_film(light, emitter, [0.0; 2])
-                }
+                (_, 1) if connectible && pinhole => connector.onto_film(light, emitter, [0.0; 2]),
                 (1, _) if connectible => {
                     let Some(p) = v[1].position() else { continue };
                     let d = v[0].edge_to(&v[1]).direction();
@@ -60,7 +60,7 @@ impl Bdpt {
                     };
                     connector.connect_direct(sensor, &direct);
                 }
-                _ if connectible && t >= 2 => {
+                _ if connectible && s >= 2 && t >= 2 => {
                     if let Some(candidate) = connector.inner(light, sensor) {
                         connector.finish_inner(&candidate, light, sensor, emitter, 1.0);
                     }
