@@ -264,8 +264,9 @@ fn tile_test(
     Ok(Some(TileSummary { columns, rows, groups, p, verdict }))
 }
 
-/// Whether fireflies rule an arm's tiles: a generalised Pareto shape k̂ ≥ ½ of the tiles relative to their means, beyond which a variance
-/// does not exist. A permutation of labels then tells how often a firefly fell, not whether the means differ.
+/// Whether fireflies rule an arm's tiles: a generalised Pareto shape k̂ ≥ ⅓ of the tiles relative to their means, beyond which a third
+/// moment does not exist. A permutation of labels assumes arms of one shape; of a skewed and a symmetric arm with equal means it tells how often
+/// a firefly fell, not whether the means differ.
 fn heavy_tailed(replicates: &[Vec<f64>]) -> Result<bool, StatsError> {
     let n = replicates.len() as f64;
     let relative: Vec<f64> = (0..replicates[0].len())
@@ -277,7 +278,7 @@ fn heavy_tailed(replicates: &[Vec<f64>]) -> Result<bool, StatsError> {
     if relative.len() < 64 {
         return Ok(false);
     }
-    Ok(pareto_khat(&relative)?.is_some_and(|k| k >= 0.5))
+    Ok(pareto_khat(&relative)?.is_some_and(|k| k >= 1.0 / 3.0))
 }
 
 /// Path classes that both arms can make and at least one has met.
