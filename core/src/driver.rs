@@ -46,19 +46,35 @@ pub fn rays_on_this_thread() -> u64 {
 }
 
 /// One step: runs `f(item, stream, chunk)` for every item in `0..items` and applies what it emits in item
-/// order, so that the film is the same to the bit for any number of threads.
-///
-/// Chunks of consecutive items are handed out in order and applied by whichever thread holds the film; a thread never waits
-/// for another one's chunk.
+/// order, so that the film is the same to the bit for any number of threads. An item is one sample.
 pub fn run_items<F>(film: &mut Film, seed: u64, step: u64, items: u64, f: F) -> Work
 where
     F: Fn(u64, &mut RandomStream, &mut Chunk) + Sync,
 {
     let size = chunk_size(items);
-    let chunks = items.div_ceil(size);
+    run_chunks(film, items.div_ceil(size), |index, chunk| {
+        let items = index * size..((index + 1) * size).min(items);
+        for item in items.clone() {
+            let address = Address { seed, step, item };
+            chunk.begin(address);
+            f(item, &mut RandomStream::new(address), chunk);
+        }
+        items.end - items.start
+    })
+}
+
+/// One step whose work comes in chunks of unequal numbers of samples (Markov chains): runs `f(index, chunk)` for every index in
+/// `0..chunks`, applies the chunks in the order of their index and counts the samples that `f` returns.
+///
+/// Indices are handed out in order and applied by whichever thread holds the film; a thread never waits for another one's chunk.
+pub fn run_chunks<F>(film: &mut Film, chunks: u64, f: F) -> Work
+where
+    F: Fn(u64, &mut Chunk) -> u64 + Sync,
+{
     let layers = film.layers();
     let next = AtomicU64::new(0);
     let rays = AtomicU64::new(0);
+    let samples = AtomicU64::new(0);
     let commit = OrderedCommit::new(film);
     let work = || {
         let before = rays_on_this_thread();
@@ -68,11 +84,7 @@ where
                 break;
             }
             let mut chunk = Chunk::new(layers);
-            for item in index * size..((index + 1) * size).min(items) {
-                let address = Address { seed, step, item };
-                chunk.begin(address);
-                f(item, &mut RandomStream::new(address), &mut chunk);
-            }
+            samples.fetch_add(f(index, &mut chunk), Ordering::Relaxed);
             commit.push(index, chunk);
         }
         rays.fetch_add(rays_on_this_thread() - before, Ordering::Relaxed);
@@ -83,8 +95,9 @@ where
         }
         work();
     });
-    film.add_samples(items);
-    Work { samples: items, rays: rays.into_inner() }
+    let samples = samples.into_inner();
+    film.add_samples(samples);
+    Work { samples, rays: rays.into_inner() }
 }
 
 /// Applies chunks in index order while others are still being filled.

@@ -15,6 +15,32 @@ pub trait PrimarySample {
     fn next2(&mut self) -> [f32; 2] {
         [self.next(), self.next()]
     }
+
+    /// Says what the coordinates that follow are for, until the next call. A mutated vector keeps a vector for each purpose, so that a
+    /// subpath that grows by a vertex does not shift the meaning of another one's numbers; a random stream takes no notice.
+    #[inline]
+    fn stream(&mut self, _stream: Stream) {}
+}
+
+/// What coordinates of primary sample space are for.
+///
+/// Estimators whose samples begin at the sensor read the film position from the first two coordinates of [`Stream::Sensor`], which is
+/// the purpose until [`PrimarySample::stream`] is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stream {
+    /// The sensor subpath.
+    Sensor,
+    /// The light subpath.
+    Light,
+    /// Points on the lens that light vertices are connected to.
+    Lens,
+    /// Points on emitters that sensor vertices are connected to, and choices among connections.
+    Connection,
+}
+
+impl Stream {
+    /// Number of purposes.
+    pub const COUNT: usize = 4;
 }
 
 /// What a random number depends on besides its dimension.

@@ -7,6 +7,7 @@
 //! | [`bdpt`] | bidirectional path tracing | all |
 
 pub mod bdpt;
+pub mod chain;
 pub mod lt;
 pub mod pt;
 mod registry;
@@ -14,4 +15,4 @@ mod spec;
 mod trace;
 
 pub use registry::{Factory, Registry};
-pub use spec::{Defaults, Spec, SpecError};
+pub use spec::{Defaults, Options, Spec, SpecError};

@@ -158,6 +158,23 @@ impl<'a> Options<'a> {
         })
     }
 
+    /// An integer in a range.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`] for what is no integer or outside.
+    pub fn integer(
+        &mut self,
+        key: &'static str,
+        default: u64,
+        range: std::ops::RangeInclusive<u64>,
+    ) -> Result<u64, SpecError> {
+        let Some(value) = self.raw(key) else { return Ok(default) };
+        value.parse().ok().filter(|v| range.contains(v)).ok_or_else(|| {
+            let expected = format!("an integer from {} to {}", range.start(), range.end());
+            self.bad(key, value, &expected)
+        })
+    }
+
     /// An integer; −1 where `default` may be `None`.
     fn depth(
         &mut self,

@@ -1,5 +1,6 @@
 //! Integration tests of pathspace against exact answers: one binary, a module per subject.
 
+mod chains;
 mod crop;
 mod determinism;
 mod exact;

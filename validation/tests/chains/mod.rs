@@ -1,0 +1,3 @@
+//! L4: Markov chains, the driver and every mutation.
+
+mod toy;
