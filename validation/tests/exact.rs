@@ -82,24 +82,36 @@ fn bidirectional_path_tracing_gives_the_exact_answers() {
     suite("bdpt", 6, 0.005);
 }
 
+/// Measures technique (s, t) alone, which makes all paths of its length where nothing is a delta.
+fn single_technique(name: &str, (s, t): (u32, u32), mdb: f64, cells: &mut Vec<Measured>) {
+    let mut scenes = exact::all().into_iter();
+    let mut scene = scenes.find(|scene| scene.name == name).expect("an exact scene");
+    scene.expected.retain(|e| e.length == Some(s + t - 1));
+    scene.expected.iter_mut().for_each(|e| e.families = Families::ALL);
+    let spec = format!("bdpt:s={s},t={t},roulette=false");
+    measure(&scene, &spec, derive_seed(7, u64::from(10 * (s + t - 1) + s)), mdb, cells);
+}
+
 /// Where nothing is a delta, every technique alone estimates the whole of its path length.
 #[test]
 fn each_single_technique_gives_the_exact_answer_of_its_length() {
     let mut cells = Vec::new();
     for name in ["integrating sphere", "concentric spheres"] {
         for k in 2..=4 {
-            for s in 0..=k {
-                let mut scenes = exact::all().into_iter();
-                let mut scene = scenes.find(|scene| scene.name == name).expect("an exact scene");
-                scene.expected.retain(|e| e.length == Some(k));
-                scene.expected.iter_mut().for_each(|e| e.families = Families::ALL);
-                let spec = format!("bdpt:s={s},t={},roulette=false", k + 1 - s);
-                let seed = derive_seed(7, u64::from(10 * k + s));
-                measure(&scene, &spec, seed, 0.01, &mut cells);
-            }
+            (0..=k).for_each(|s| single_technique(name, (s, k + 1 - s), 0.01, &mut cells));
         }
     }
     // Both scenes have k + 1 techniques of each length k.
     assert_eq!(cells.len(), 2 * (3 + 4 + 5));
     judge(&cells, 0.01);
+}
+
+#[test]
+fn light_subpaths_that_hit_the_lens_give_the_exact_answer_of_their_length() {
+    let mut cells = Vec::new();
+    for k in 1..=3 {
+        single_technique("integrating sphere through a lens", (k + 1, 0), 0.02, &mut cells);
+    }
+    assert_eq!(cells.len(), 3);
+    judge(&cells, 0.02);
 }

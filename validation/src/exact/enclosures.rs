@@ -24,6 +24,7 @@ pub fn all() -> Vec<ExactScene> {
         furnace("grey furnace", 0.5),
         concave_furnace(),
         integrating_sphere(),
+        integrating_sphere_through_a_lens(),
         integrating_sphere_with_point_light(),
         concentric_spheres(),
     ]
@@ -60,13 +61,23 @@ pub fn concave_furnace() -> ExactScene {
 
 /// A sphere seen from inside that emits L_e = 1 and reflects ρ = ½ everywhere: L_k = ρ^{k−1}.
 pub fn integrating_sphere() -> ExactScene {
+    integrating_sphere_seen("integrating sphere", 0.0)
+}
+
+/// The same through a lens wide enough that light subpaths hit it (t = 0): what is uniform stays so through any lens.
+pub fn integrating_sphere_through_a_lens() -> ExactScene {
+    integrating_sphere_seen("integrating sphere through a lens", 1.2)
+}
+
+fn integrating_sphere_seen(name: &'static str, aperture_radius: f64) -> ExactScene {
     const LENGTHS: u32 = 6;
     let mut b = SceneBuilder::new(FILM);
     let grey = b.diffuse(0.5);
     let sphere = b.sphere(DVec3::ZERO, 2.0, grey);
     sphere.flip_normals = true;
     sphere.emission = Some(Rgb::WHITE);
-    b.look_at(DVec3::new(0.3, -0.4, 0.2), DVec3::new(0.5, 1.0, 0.4), DVec3::Z, 110.0);
+    let eye = DVec3::new(0.3, -0.4, 0.2);
+    b.look_at(eye, DVec3::new(0.5, 1.0, 0.4), DVec3::Z, 110.0).aperture_radius = aperture_radius;
     let expected = (1..=LENGTHS)
         .map(|k| {
             let families = if k == 1 { DIRECT } else { DIFFUSE };
@@ -74,7 +85,7 @@ pub fn integrating_sphere() -> ExactScene {
         })
         .collect();
     let description = b.finish();
-    ExactScene { name: "integrating sphere", description, rules: up_to(LENGTHS), expected }
+    ExactScene { name, description, rules: up_to(LENGTHS), expected }
 }
 
 /// A point light of power Φ off the centre of a sphere of radius R: whatever its position, light reflected j ≥ 1 times has
