@@ -197,6 +197,18 @@ impl<'a> Options<'a> {
         }
     }
 
+    /// `roulette`, on by default. Walks without a cap end by roulette alone.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`], for `false` without a cap too.
+    pub fn roulette(&mut self, max_length: Option<u32>) -> Result<bool, SpecError> {
+        let roulette = self.boolean("roulette", true)?;
+        if !roulette && max_length.is_none() {
+            return Err(self.bad("roulette", "false", "true where max_depth is unlimited"));
+        }
+        Ok(roulette)
+    }
+
     /// `max_depth` alone, for integrators whose roulette counts no vertices.
     ///
     /// # Errors

@@ -72,6 +72,10 @@ fn bad_use_is_one_line() {
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:"], "NAME[:key=value"),
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:colour=red"], "no option 'colour'"),
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:nee=maybe"], "true or false"),
+        (
+            &["render", "cornell-box", "--spp", "1", "-i", "bdpt:roulette=false,max_depth=-1"],
+            "roulette=false",
+        ),
         (&["render", "cornell-box", "--spp", "1", "--layers", "depth"], "unknown layer 'depth'"),
         (&["compare", "cornell-box", "--spp", "1", "--replicates", "1"], "--replicates"),
         (&["compare", "cornell-box", "--spp", "1", "-i", "magic"], "unknown integrator 'magic'"),

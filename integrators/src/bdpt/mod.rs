@@ -86,8 +86,7 @@ impl Bdpt {
                 "connect",
                 &[("full", Connect::Full), ("one", Connect::One), ("cache", Connect::Cache)],
             )?,
-            // Walks without a cap would not end.
-            roulette: options.boolean("roulette", true)? || max_length.is_none(),
+            roulette: options.roulette(max_length)?,
             max_length,
             spec: spec.to_string(),
         };
