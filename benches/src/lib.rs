@@ -4,19 +4,17 @@
 //! | --- | --- |
 //! | How long does a render go on? | [`budget`] |
 //! | How are renders of several integrators collected? | [`replicate`] |
-//! | Do they agree, and which one is faster? | [`compare`] |
+//! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`compare`] |
 //! | How does an image become a file? | [`output`] |
 //!
 //! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from another crate is treated as one of ours.
 
 pub mod budget;
-mod cells;
 mod clock;
 pub mod compare;
 mod moments;
 pub mod output;
 pub mod replicate;
-mod unseen;
 
 pub use budget::{Budget, Exposure, Status, expose};
 pub use clock::{Spent, Stopwatch};

@@ -1,8 +1,7 @@
 //! Mean and variance of every pixel over replicates.
 
+use pathspace_core::color::luminance;
 use pathspace_validation::stats::error::relative_epsilon;
-
-use crate::replicate::luminance;
 
 /// Running mean and sum of squared deviations of images (Welford 1962), pixel by pixel and channel by channel.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,21 +1,17 @@
 //! Replicates: whole renders with seeds of their own, several integrators in turn.
 
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pathspace_core::Scene;
-pub use pathspace_core::color::luminance;
-use pathspace_core::film::{Families, Film, LayerKey, Layers, NonFinite, Plane};
+use pathspace_core::film::{Families, Film, LayerKey, NonFinite};
 use pathspace_core::integrator::{Integrator, IntegratorError};
 use pathspace_core::random::derive_seed;
+use pathspace_validation::pairs::{Arm as ObservedArm, Observation, Tiles, unique_name};
 
 use crate::budget::{Budget, Status, expose};
 use crate::clock::Spent;
 use crate::moments::ImageMoments;
-
-/// Most tiles along a side of the image.
-pub const TILES: usize = 16;
 
 /// What is rendered, by whom, for how long and how often.
 pub struct Experiment<'a> {
@@ -44,25 +40,7 @@ pub struct ExperimentStatus {
     pub run: Status,
 }
 
-/// Paths of one length that the same families can make: a cell of [`LayerKey::Class`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PathClass {
-    /// Path length in edges.
-    pub length: u16,
-    /// Families that can make the path.
-    pub families: Families,
-}
-
-/// What one replicate gave in one path class.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClassMean {
-    /// Mean over the image.
-    pub mean: [f64; 3],
-    /// Mean luminance of each tile, row by row.
-    pub tiles: Vec<f64>,
-}
-
-/// One replicate of one integrator.
+/// What one replicate of one integrator cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replicate {
     /// Its seed.
@@ -77,16 +55,12 @@ pub struct Replicate {
     pub rays: u64,
     /// Contributions that were not finite.
     pub nonfinite: u64,
-    /// Means over the image and over tiles.
-    pub classes: BTreeMap<PathClass, ClassMean>,
 }
 
 /// The replicates of one integrator.
 pub struct Arm {
-    /// Its spec; with `#2`, `#3`, … where the same spec is there more than once.
-    pub name: String,
-    /// Families of techniques that it uses on the scene.
-    pub families: Families,
+    /// Name, families, and what each replicate saw; the name has `#2`, `#3`, … where the same spec is there more than once.
+    pub observed: ObservedArm,
     /// Replicate after replicate.
     pub replicates: Vec<Replicate>,
     /// The first contributions that were not finite.
@@ -125,16 +99,16 @@ pub fn run(
     let tiles = Tiles::new(film.width as usize, film.height as usize);
     let mut arms: Vec<Arm> = Vec::new();
     for integrator in *integrators {
+        let name = unique_name(integrator.spec(), |n| arms.iter().any(|a| a.name() == n));
         arms.push(Arm {
-            name: unique_name(&arms, integrator.spec()),
-            families: integrator.families(scene),
+            observed: ObservedArm::new(name, integrator.families(scene)),
             replicates: Vec::new(),
             nonfinite_examples: Vec::new(),
             whole: ImageMoments::new(pixels),
             common: vec![ImageMoments::new(pixels); integrators.len()],
         });
     }
-    let all_families: Vec<Families> = arms.iter().map(|a| a.families).collect();
+    let all_families: Vec<Families> = arms.iter().map(|a| a.observed.families).collect();
     let total = f64::from(*replicates) * integrators.len() as f64;
     let mut done = 0.0;
     for replicate in 0..*replicates {
@@ -144,7 +118,6 @@ pub fn run(
         }
         for index in order {
             let own_seed = derive_seed(derive_seed(*seed, index as u64), replicate.into());
-            let layers = Layers { class: true, ..Layers::NONE };
             let mut watch_run = |run: &Status| {
                 watch(&ExperimentStatus {
                     replicate,
@@ -154,7 +127,8 @@ pub fn run(
                 })
             };
             let integrator = &*integrators[index];
-            let e = expose(integrator, scene, layers, own_seed, *budget, &mut watch_run)?;
+            let e =
+                expose(integrator, scene, Observation::LAYERS, own_seed, *budget, &mut watch_run)?;
             if !e.complete {
                 return Ok(Replicates { arms, tiles, complete: false });
             }
@@ -167,28 +141,20 @@ pub fn run(
                 spent: e.spent,
                 rays: e.work.rays,
                 nonfinite: e.film.nonfinite(),
-                classes: class_means(&e.film, &tiles),
             });
+            arm.observed.replicates.push(Observation::of(&e.film, &tiles));
             arm.add_images(&e.film, index, &all_families);
         }
     }
     Ok(Replicates { arms, tiles, complete: true })
 }
 
-/// The spec, numbered where it is there already.
-fn unique_name(arms: &[Arm], spec: String) -> String {
-    let taken = |name: &str| arms.iter().any(|a| a.name == name);
-    if !taken(&spec) {
-        return spec;
-    }
-    let mut n = 2;
-    while taken(&format!("{spec}#{n}")) {
-        n += 1;
-    }
-    format!("{spec}#{n}")
-}
-
 impl Arm {
+    /// Spec of the integrator, unique among the arms.
+    pub fn name(&self) -> &str {
+        &self.observed.name
+    }
+
     /// Seconds of one replicate, on average.
     pub fn seconds(&self) -> f64 {
         self.average(|r| r.spent.seconds)
@@ -235,89 +201,4 @@ fn common_image(film: &Film, families: Families) -> Vec<[f64; 3]> {
         }
     }
     image
-}
-
-fn class_means(film: &Film, tiles: &Tiles) -> BTreeMap<PathClass, ClassMean> {
-    let k = 1.0 / film.samples_per_pixel();
-    let mean = |plane: &Plane| {
-        let mut sum = [0.0; 3];
-        for p in plane.sums() {
-            for c in 0..3 {
-                sum[c] += p[c];
-            }
-        }
-        sum.map(|v| v * k / plane.sums().len() as f64)
-    };
-    let classes = film.planes().iter().filter_map(|(key, plane)| match *key {
-        LayerKey::Class { length, families } => {
-            let tiles = tiles.means(plane.sums()).iter().map(|v| v * k).collect();
-            Some((PathClass { length, families }, ClassMean { mean: mean(plane), tiles }))
-        }
-        _ => None,
-    });
-    classes.collect()
-}
-
-/// A grid of nearly equal tiles over the image, at most [`TILES`] along a side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tiles {
-    width: usize,
-    height: usize,
-    /// Tiles in a row.
-    pub columns: usize,
-    /// Rows of tiles.
-    pub rows: usize,
-}
-
-impl Tiles {
-    /// Tiles of an image.
-    pub fn new(width: usize, height: usize) -> Self {
-        Tiles { width, height, columns: width.clamp(1, TILES), rows: height.clamp(1, TILES) }
-    }
-
-    /// Calls `f(tile, pixel)` for every pixel.
-    fn for_each(&self, mut f: impl FnMut(usize, usize)) {
-        for y in 0..self.height {
-            let row = y * self.rows / self.height;
-            for x in 0..self.width {
-                f(row * self.columns + x * self.columns / self.width, y * self.width + x);
-            }
-        }
-    }
-
-    /// Mean luminance of each tile.
-    fn means(&self, image: &[[f64; 3]]) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0.0); self.columns * self.rows];
-        self.for_each(|tile, pixel| {
-            sums[tile].0 += luminance(&image[pixel]);
-            sums[tile].1 += 1.0;
-        });
-        sums.iter().map(|(sum, n)| sum / n).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tiles_partition_the_image() {
-        for (w, h) in [(1, 1), (5, 40), (256, 17), (100, 100)] {
-            let tiles = Tiles::new(w, h);
-            let mut hits = vec![0; w * h];
-            let mut used = vec![0; tiles.columns * tiles.rows];
-            tiles.for_each(|tile, pixel| {
-                hits[pixel] += 1;
-                used[tile] += 1;
-            });
-            assert!(hits.iter().all(|n| *n == 1) && used.iter().all(|n| *n > 0), "{w}×{h}");
-        }
-    }
-
-    #[test]
-    fn a_constant_image_has_that_mean_in_every_tile() {
-        let tiles = Tiles::new(37, 21);
-        let means = tiles.means(&[[2.0; 3]; 37 * 21]);
-        assert!(means.iter().all(|m| (m - 2.0).abs() < 1e-12));
-    }
 }

@@ -6,11 +6,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use pathspace_benches::compare::{Comparison, LengthSummary, PairSummary};
+use pathspace_benches::compare::{Comparison, PairSummary};
 use pathspace_benches::output::{Metadata, NamedLayer, Output, Picture, exposure};
 use pathspace_benches::replicate::{self, Arm, Experiment, ExperimentStatus, Replicates};
 use pathspace_core::integrator::Integrator;
 use pathspace_integrators::{Registry, Spec};
+use pathspace_validation::pairs::LengthSummary;
 use pathspace_validation::stats::{CompareConfig, Reason};
 use serde::Serialize;
 
@@ -81,7 +82,7 @@ pub(super) fn compare(
     }
     for arm in &replicates.arms {
         let count = arm.replicates.iter().map(|r| r.nonfinite).sum();
-        tell_nonfinite(&arm.name, count, &arm.nonfinite_examples);
+        tell_nonfinite(arm.name(), count, &arm.nonfinite_examples);
     }
 
     let crop = prepared.scene.film().crop;
@@ -151,7 +152,7 @@ fn write(
         let metadata = Metadata {
             scene: args.scene.scene.clone(),
             scene_hash: prepared.hash.clone(),
-            integrator: arm.name.clone(),
+            integrator: arm.name().to_owned(),
             seed: args.scene.seed,
             samples_per_pixel: total(arm, |r| r.samples_per_pixel),
             replicates: arm.whole.count(),
@@ -211,8 +212,9 @@ fn tell(report: &Report<'_>, out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-fn tell_pair(pair: &PairSummary, out: &mut dyn Write) -> Result<()> {
-    let PairSummary { a, b, verdict, .. } = pair;
+fn tell_pair(summary: &PairSummary, out: &mut dyn Write) -> Result<()> {
+    let pair = &summary.judgement;
+    let (a, b, verdict) = (&pair.a, &pair.b, pair.verdict);
     writeln!(out, "\n{a} and {b}: {}", verdict.as_str().to_uppercase())?;
     for u in &pair.unseen {
         writeln!(
@@ -267,7 +269,7 @@ fn tell_pair(pair: &PairSummary, out: &mut dyn Write) -> Result<()> {
     writeln!(
         out,
         "  efficiency of {a} over {b} on what both make: {}",
-        figure(pair.efficiency_ratio)
+        figure(summary.efficiency_ratio)
     )?;
     Ok(())
 }

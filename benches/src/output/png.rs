@@ -3,9 +3,9 @@
 use std::io::{self, Cursor};
 
 use image::{ExtendedColorType, ImageEncoder};
+use pathspace_core::color::luminance;
 
 use super::Picture;
-use crate::replicate::luminance;
 
 /// Where the shoulder begins, as a share of white.
 const SHOULDER: f64 = 0.8;

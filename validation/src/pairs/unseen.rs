@@ -3,7 +3,7 @@
 use pathspace_core::film::Families;
 
 /// What all paths have in common that no technique of `families` can make, on a film of its own kind.
-pub(crate) fn reason(families: Families) -> String {
+pub(super) fn reason(families: Families) -> String {
     let why: Vec<&str> = [
         (Families::S0, "whose emitter can not be hit"),
         (Families::S1, "whose vertex at the emitter is specular"),

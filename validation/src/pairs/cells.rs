@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 
 use pathspace_core::film::Families;
-use pathspace_validation::stats::{
+
+use super::observe::{Arm, PathClass};
+use crate::stats::{
     Claim, CompareConfig, Gates, Moments, Reason, StatsError, Verdict, Welch, decide, holm,
     welch_within,
 };
 
-use crate::replicate::{Arm, PathClass, luminance};
-
 /// The test on one cell.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CellTest {
+pub(super) struct CellTest {
     /// Path length; `None` for the image.
     pub length: Option<u16>,
     /// Welch's test, with the minimum detectable bias.
@@ -39,7 +39,7 @@ impl CellTest {
 /// was found: the mean is too small, and so is its variance. Path classes tell the two apart. A class that an arm has
 /// undersampled adds its light (that of the arm that saw more) to the half-width u of the null hypothesis
 /// |E Y_A − E Y_B| ≤ u: a difference that it could explain is none, and an agreement has to be as good in spite of it.
-pub(crate) fn test_cells(
+pub(super) fn test_cells(
     a: &Arm,
     b: &Arm,
     classes: &BTreeSet<PathClass>,
@@ -57,7 +57,7 @@ pub(crate) fn test_cells(
     }
     for class in classes {
         let cell = 1 + lengths.partition_point(|k| *k < class.length);
-        let own = [class_column(a, class), class_column(b, class)];
+        let own = [a.class_column(class), b.class_column(class)];
         for (sums, column) in columns.iter_mut().zip(&own) {
             for (r, y) in column.iter().enumerate() {
                 sums[0][r] += y;
@@ -112,13 +112,6 @@ fn is_undersampled(arm: &Arm, class: &PathClass, m: &Moments, few: f64) -> bool 
     effective(m) < few && (m.mean != 0.0 || !connects)
 }
 
-/// Mean luminance of a class in every replicate.
-fn class_column(arm: &Arm, class: &PathClass) -> Vec<f64> {
-    let y =
-        |r: &crate::replicate::Replicate| r.classes.get(class).map_or(0.0, |c| luminance(&c.mean));
-    arm.replicates.iter().map(y).collect()
-}
-
 /// Ȳ²/s², an upper bound on the effective number of contributions to a replicate; infinite without noise.
 fn effective(m: &Moments) -> f64 {
     if m.mean == 0.0 { 0.0 } else { m.mean * m.mean / m.variance }
@@ -132,10 +125,8 @@ fn is_zero(column: &[f64]) -> bool {
 mod tests {
     use std::collections::BTreeMap;
 
+    use super::super::observe::{ClassMean, Observation};
     use super::*;
-    use crate::clock::Spent;
-    use crate::moments::ImageMoments;
-    use crate::replicate::{ClassMean, Replicate};
 
     const SMOOTH: PathClass = PathClass { length: 2, families: Families::S1 };
     const CAUSTIC: PathClass = PathClass { length: 2, families: Families::S0 };
@@ -143,25 +134,13 @@ mod tests {
     /// An arm whose replicates hold the given luminance in each class.
     fn arm(rows: &[(f64, f64)]) -> Arm {
         let replicate = |(smooth, caustic): &(f64, f64)| {
-            let mean = |y: f64| ClassMean { mean: [y; 3], tiles: Vec::new() };
-            Replicate {
-                seed: 0,
-                steps: 1,
-                samples_per_pixel: 1.0,
-                spent: Spent::default(),
-                rays: 0,
-                nonfinite: 0,
-                classes: BTreeMap::from([(SMOOTH, mean(*smooth)), (CAUSTIC, mean(*caustic))]),
-            }
+            let class = |mean| ClassMean { mean, tiles: Vec::new() };
+            let classes = [(SMOOTH, class(*smooth)), (CAUSTIC, class(*caustic))];
+            Observation { classes: BTreeMap::from(classes) }
         };
-        Arm {
-            name: "a".into(),
-            families: Families::ALL,
-            replicates: rows.iter().map(replicate).collect(),
-            nonfinite_examples: Vec::new(),
-            whole: ImageMoments::new(1),
-            common: Vec::new(),
-        }
+        let mut arm = Arm::new("a".into(), Families::ALL);
+        arm.replicates = rows.iter().map(replicate).collect();
+        arm
     }
 
     fn test(a: &Arm, b: &Arm) -> Vec<CellTest> {

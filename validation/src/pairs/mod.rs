@@ -1,0 +1,21 @@
+//! Do two integrators agree? From films to the verdict on a pair (L3).
+//!
+//! ```text
+//! film ──observe──▶ Observation ─┐   image and path lengths: Welch, Holm      (cells)
+//! film ──observe──▶ Observation ─┼─▶ tiles × kinds of path: one test on all   (tiles)  ──▶ Judgement
+//!   …   replicates of two arms  ─┘   what only one of the two can make        (unseen)
+//! ```
+//!
+//! The unit of observation is the mean of one path class over one replicate. A [`PathClass`] holds the paths of one length that the
+//! same families of techniques can make; a pair is compared on the classes that both integrators can make, and told what
+//! was left out.
+
+mod cells;
+mod judge;
+mod observe;
+mod tiles;
+mod unseen;
+
+pub use judge::{Judgement, LengthSummary, TILE_REPLICATES, Unseen, judge};
+pub use observe::{Arm, ClassMean, Observation, PathClass, TILES, Tiles, unique_name};
+pub use tiles::TileSummary;
