@@ -1,8 +1,9 @@
 //! Comparison of integrators: do they agree on what both can make, and how fast is each?
 
+use pathspace_validation::json::number;
 use pathspace_validation::pairs::{Judgement, judge};
 use pathspace_validation::stats::{CompareConfig, StatsError, Verdict, efficiency};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::replicate::{Arm, Replicates};
 
@@ -36,16 +37,19 @@ pub struct IntegratorSummary {
 }
 
 /// Two integrators compared on the paths that both can make.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairSummary {
     /// Do they agree?
     #[serde(flatten)]
     pub judgement: Judgement,
     /// MSE of the first on what both make.
+    #[serde(deserialize_with = "number")]
     pub mse_a: f64,
     /// MSE of the second on what both make.
+    #[serde(deserialize_with = "number")]
     pub mse_b: f64,
     /// Efficiency of the first over that of the second on what both make.
+    #[serde(deserialize_with = "number")]
     pub efficiency_ratio: f64,
 }
 

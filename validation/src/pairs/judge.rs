@@ -1,31 +1,33 @@
 //! The verdict on a pair.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cells::{CellTest, test_cells};
 use super::observe::{Arm, Tiles, common_classes};
 use super::tiles::{TileSummary, tile_test};
 use super::unseen;
+use crate::json::number;
 use crate::stats::{CompareConfig, Reason, StatsError, Verdict};
 
 /// Fewest replicates a side for the test on tiles.
 pub const TILE_REPLICATES: usize = 16;
 
 /// What one integrator of a pair can not make of the other's image.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unseen {
     /// Who can not make it.
     pub integrator: String,
     /// Whose image it is missing from.
     pub of: String,
     /// Share of that image's mean luminance.
+    #[serde(deserialize_with = "number")]
     pub fraction: f64,
     /// Which paths these are.
     pub reason: String,
 }
 
 /// The test on one path length, or on the image.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LengthSummary {
     /// Path length in edges; null for the image.
     pub length: Option<u32>,
@@ -34,17 +36,21 @@ pub struct LengthSummary {
     /// Why.
     pub reason: Reason,
     /// p-value after Holm's adjustment over image and lengths.
+    #[serde(deserialize_with = "number")]
     pub p: f64,
     /// Minimum detectable bias, relative.
+    #[serde(deserialize_with = "number")]
     pub mdb: f64,
     /// Mean luminance of the first integrator.
+    #[serde(deserialize_with = "number")]
     pub mean_a: f64,
     /// Mean luminance of the second.
+    #[serde(deserialize_with = "number")]
     pub mean_b: f64,
 }
 
 /// Two integrators judged on the paths that both can make.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// First integrator.
     pub a: String,
@@ -53,8 +59,10 @@ pub struct Judgement {
     /// Verdict on the pair.
     pub verdict: Verdict,
     /// Family-wise p-value over image, lengths and tiles, of those where the test may be trusted.
+    #[serde(deserialize_with = "number")]
     pub p: f64,
     /// Minimum detectable bias of the image, relative.
+    #[serde(deserialize_with = "number")]
     pub mdb: f64,
     /// The test on the image.
     pub image: LengthSummary,

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::observe::{Arm, PathClass, Tiles};
+use crate::json::number;
 use crate::stats::{
     Moments, PermutationConfig, StatsError, TileSums, Verdict, max_t, merge_tiles, pareto_khat,
 };
 
 /// The permutation test on tiles of the image.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TileSummary {
     /// Tiles in a row.
     pub columns: usize,
@@ -19,6 +20,7 @@ pub struct TileSummary {
     /// Groups of tiles, of one path class each, after merging until each has enough contributions.
     pub groups: usize,
     /// p-value of all groups together.
+    #[serde(deserialize_with = "number")]
     pub p: f64,
     /// Differ below the level, inconclusive where fireflies rule an arm's tiles, otherwise agree.
     pub verdict: Verdict,

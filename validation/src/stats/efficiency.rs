@@ -1,10 +1,11 @@
 //! Error against time: efficiency, ratios with intervals, slopes of convergence curves.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::dist::student_quantile;
 use super::fault::{StatsError, at_least, open_unit, same_length};
 use super::moments::Moments;
+use crate::json::number;
 
 /// Efficiency 1/(MSE·T), with T the seconds of one replicate, its bootstrap included.
 ///
@@ -15,13 +16,16 @@ pub fn efficiency(mse: f64, seconds: f64) -> f64 {
 }
 
 /// A figure with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The figure.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Lower end of the interval.
+    #[serde(deserialize_with = "number")]
     pub low: f64,
     /// Upper end of the interval.
+    #[serde(deserialize_with = "number")]
     pub high: f64,
 }
 
