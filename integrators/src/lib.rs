@@ -5,10 +5,15 @@
 //! | [`pt`] | path tracing with next-event estimation | (0,t), (1,t) |
 //! | [`lt`] | light tracing | (s,1) |
 //! | [`bdpt`] | bidirectional path tracing | all |
+//! | [`pssmlt`] | primary-sample-space Metropolis light transport | those of pt or bdpt |
+//!
+//! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
 
 pub mod bdpt;
 pub mod chain;
 pub mod lt;
+pub mod primary;
+pub mod pssmlt;
 pub mod pt;
 mod registry;
 mod spec;

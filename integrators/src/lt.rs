@@ -16,7 +16,7 @@ use pathspace_core::integrator::{
 };
 use pathspace_core::measure::{Edge, Mass};
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
-use pathspace_core::random::PrimarySample;
+use pathspace_core::random::{PrimarySample, Stream};
 
 use crate::spec::{Defaults, Spec, SpecError};
 use crate::trace::Trace;
@@ -76,6 +76,7 @@ impl PathEstimator for LightTracer {
         u: &mut U,
         sink: &mut S,
     ) {
+        u.stream(Stream::Light);
         let (pick, position, direction) = (u.next(), u.next2(), u.next2());
         let Some(emission) = scene.sample_emission(pick, position, direction) else { return };
         let mut trace = Trace::default();
@@ -155,7 +156,13 @@ impl<S: Sink> Walk<'_, S> {
     /// Numbers for a point of the lens, none for a pinhole.
     #[inline]
     fn lens<U: PrimarySample>(&self, u: &mut U) -> [f32; 2] {
-        if self.scene.sensor().is_pinhole() { [0.0; 2] } else { u.next2() }
+        if self.scene.sensor().is_pinhole() {
+            return [0.0; 2];
+        }
+        u.stream(Stream::Lens);
+        let on_lens = u.next2();
+        u.stream(Stream::Light);
+        on_lens
     }
 
     /// Technique (s, 1): connects the last vertex to the lens. `scattered` gives throughput times what the vertex sends in

@@ -19,10 +19,10 @@ use pathspace_core::integrator::{
 use pathspace_core::measure::{Density, Edge, End, Mass, SolidAngle};
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
-use pathspace_core::random::PrimarySample;
+use pathspace_core::random::{PrimarySample, Stream};
 use pathspace_core::scene::SurfacePoint;
 
-use crate::spec::{Defaults, Spec, SpecError};
+use crate::spec::{Defaults, Options, Spec, SpecError};
 use crate::trace::Trace;
 
 /// Name in the registry.
@@ -47,14 +47,22 @@ impl PathTracer {
     /// Where an option is unknown or its value out of range.
     pub fn from_spec(spec: &Spec, defaults: &Defaults) -> Result<Self, SpecError> {
         let mut options = spec.options();
-        let tracer = PathTracer {
+        let tracer = PathTracer::from_options(&mut options, defaults)?;
+        options.finish()?;
+        Ok(PathTracer { spec: spec.to_string(), ..tracer })
+    }
+
+    /// The same for an integrator that has options beside those.
+    pub(crate) fn from_options(
+        options: &mut Options<'_>,
+        defaults: &Defaults,
+    ) -> Result<Self, SpecError> {
+        Ok(PathTracer {
             nee: options.boolean("nee", true)?,
             heuristic: options.heuristic(Heuristic::Power { beta: 2.0 })?,
             rules: options.walk_rules(defaults)?,
-            spec: spec.to_string(),
-        };
-        options.finish()?;
-        Ok(tracer)
+            spec: NAME.to_owned(),
+        })
     }
 }
 
@@ -131,7 +139,9 @@ impl PathEstimator for PathTracer {
             walk.advance(&point, delta, &arrival);
             // Numbers are drawn whether or not they are used, so that each dimension keeps its meaning.
             if self.nee {
+                u.stream(Stream::Connection);
                 let (pick, on_emitter) = (u.next(), u.next2());
+                u.stream(Stream::Sensor);
                 if !delta {
                     walk.next_event(&point, -ray.d, length, pick, on_emitter);
                 }

@@ -4,6 +4,7 @@ use pathspace_core::integrator::Integrator;
 
 use crate::bdpt::{self, Bdpt};
 use crate::lt::{self, LightTracer};
+use crate::pssmlt;
 use crate::pt::{self, PathTracer};
 use crate::spec::{Defaults, Spec, SpecError};
 
@@ -41,6 +42,11 @@ impl Registry {
             .with(bdpt::NAME, "bidirectional path tracing, all techniques", |spec, defaults| {
                 Ok(Box::new(Bdpt::from_spec(spec, defaults)?))
             })
+            .with(
+                pssmlt::NAME,
+                "primary-sample-space Metropolis over bdpt or pt",
+                pssmlt::from_spec,
+            )
     }
 
     /// Adds an integrator, or replaces the one of that name.

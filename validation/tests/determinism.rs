@@ -21,11 +21,16 @@ fn scene() -> Arc<Scene> {
 }
 
 fn integrators() -> Vec<Box<dyn Integrator>> {
-    ["pt", "pt:nee=false", "lt", "bdpt:max_depth=4"]
-        .map(|spec| {
-            Registry::builtin().create(&spec.parse().unwrap(), &Defaults::default()).unwrap()
-        })
-        .into()
+    [
+        "pt",
+        "pt:nee=false",
+        "lt",
+        "bdpt:max_depth=4",
+        "pssmlt:bootstrap=3000,chains=77,stratify=true",
+        "pssmlt:over=pt,bootstrap=3000,kernel=gaussian,mis=false,refine=true,target=two-stage",
+    ]
+    .map(|spec| Registry::builtin().create(&spec.parse().unwrap(), &Defaults::default()).unwrap())
+    .into()
 }
 
 fn same(a: &Film, b: &Film) -> bool {

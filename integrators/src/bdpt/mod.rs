@@ -32,12 +32,12 @@ use pathspace_core::integrator::{
 };
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::WalkRules;
-use pathspace_core::random::PrimarySample;
+use pathspace_core::random::{PrimarySample, Stream};
 
 use self::cache::CachedRun;
 pub use self::techniques::TechniqueSet;
 use self::walks::Walks;
-use crate::spec::{Defaults, Spec, SpecError};
+use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
 pub const NAME: &str = "bdpt";
@@ -78,20 +78,27 @@ impl Bdpt {
     /// Where an option is unknown or its value out of range.
     pub fn from_spec(spec: &Spec, defaults: &Defaults) -> Result<Self, SpecError> {
         let mut options = spec.options();
+        let bdpt = Bdpt::from_options(&mut options, defaults, true)?;
+        options.finish()?;
+        Ok(Bdpt { spec: spec.to_string(), ..bdpt })
+    }
+
+    /// The same for an integrator that has options beside those; a cache of light vertices is no function of one sample.
+    pub(crate) fn from_options(
+        options: &mut Options<'_>,
+        defaults: &Defaults,
+        cache: bool,
+    ) -> Result<Self, SpecError> {
         let max_length = options.max_length(defaults)?;
-        let bdpt = Bdpt {
+        let connect = [("full", Connect::Full), ("one", Connect::One), ("cache", Connect::Cache)];
+        Ok(Bdpt {
             techniques: options.techniques()?,
             heuristic: options.heuristic(Heuristic::Power { beta: 2.0 })?,
-            connect: options.choice(
-                "connect",
-                &[("full", Connect::Full), ("one", Connect::One), ("cache", Connect::Cache)],
-            )?,
+            connect: options.choice("connect", if cache { &connect } else { &connect[..2] })?,
             roulette: options.roulette(max_length)?,
             max_length,
-            spec: spec.to_string(),
-        };
-        options.finish()?;
-        Ok(bdpt)
+            spec: NAME.to_owned(),
+        })
     }
 
     /// The rules of its walks, for the oracle: roulette plays from the first surface vertex or never.
@@ -150,12 +157,16 @@ impl PathEstimator for Bdpt {
         sink: &mut S,
     ) {
         let walks = self.walks(scene);
+        u.stream(Stream::Sensor);
         let mut sensor = walks.sensor_subpath(scene, pixel, u);
         let mut connector = walks.connector(scene, sink, sensor.film);
+        u.stream(Stream::Light);
         let light = walks.light_subpath(&mut connector, u);
+        u.stream(Stream::Lens);
         walks.onto_film(&mut connector, &light, u);
         walks.hit_emitters(&mut connector, &mut sensor);
         // s ≥ 1, t ≥ 2.
+        u.stream(Stream::Connection);
         for t in 2..=sensor.vertices.len() {
             let (pick, on_emitter) = (u.next(), u.next2());
             let choice = if self.connect == Connect::One { u.next() } else { 0.0 };

@@ -11,14 +11,17 @@
 //! | bootstrap and starts | `bootstrap` |
 //! | steps on all threads, checkpoints | `run` |
 //! | bytes of checkpoints | `codec` |
+//! | two-stage targets | `image` |
 
 mod bootstrap;
 mod codec;
+mod image;
 mod markov;
 mod run;
 
 pub use bootstrap::{Bootstrap, bootstrap};
 pub use codec::{Reader, Writer};
+pub use image::ImageWeight;
 pub use markov::{Chain, Tally};
 pub use run::{ChainOptions, ChainRun};
 
@@ -45,7 +48,7 @@ pub trait ChainTarget: Send + Sync + 'static {
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(Self::State, f64)>;
 
     /// Told once to every start: chain number `chain` of `chains` in the run of `seed`, for stratification across chains.
-    fn place(&self, _x: &mut Self::State, _chain: u64, _chains: u64, _seed: u64) {}
+    fn place(&self, _x: &mut Self::State, _scene: &Scene, _chain: u64, _chains: u64, _seed: u64) {}
 
     /// Proposes a move from `x` and judges it; does not move. The driver draws the number that decides.
     ///

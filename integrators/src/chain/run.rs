@@ -63,6 +63,7 @@ pub struct ChainRun<T: ChainTarget> {
     step: u64,
     options: ChainOptions,
     started: Option<Started<T::State>>,
+    prepared: bool,
 }
 
 /// What the bootstrap leaves behind.
@@ -80,14 +81,21 @@ impl<T: ChainTarget> ChainRun<T> {
     /// [`IntegratorError::BadState`] where the bytes are not a state of these chains.
     pub fn resume(
         name: &str,
-        mut target: T,
+        target: T,
         scene: Arc<Scene>,
         seed: u64,
         state: &State,
         options: ChainOptions,
     ) -> Result<Self, IntegratorError> {
-        target.prepare(&scene, derive_seed(seed, u64::MAX - 2));
-        let mut run = ChainRun { target, scene, seed, step: state.step, options, started: None };
+        let mut run = ChainRun {
+            target,
+            scene,
+            seed,
+            step: state.step,
+            options,
+            started: None,
+            prepared: false,
+        };
         if *state != State::default() {
             let started = run.decode(&state.bytes).ok_or_else(|| IntegratorError::BadState {
                 integrator: name.to_owned(),
@@ -135,7 +143,7 @@ impl<T: ChainTarget> ChainRun<T> {
             .enumerate()
             .filter_map(|(c, &start)| {
                 let mut state = boot.replay(&self.target, scene, start)?;
-                self.target.place(&mut state, c as u64, chains, self.seed);
+                self.target.place(&mut state, scene, c as u64, chains, self.seed);
                 Some(Mutex::new(Chain::new(state, kinds)))
             })
             .collect();
@@ -195,6 +203,10 @@ impl<S> Started<S> {
 impl<T: ChainTarget> Run for ChainRun<T> {
     fn step(&mut self, film: &mut Film) -> Work {
         let mut work = Work::default();
+        if !self.prepared {
+            self.target.prepare(&self.scene, derive_seed(self.seed, u64::MAX - 2));
+            self.prepared = true;
+        }
         if self.started.is_none() {
             let (started, spent) = self.begin(film);
             work += spent;

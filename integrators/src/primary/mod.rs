@@ -1,0 +1,41 @@
+//! Points of primary sample space that mutate: what `pssmlt`, `mmlt` and `rjmlt` share.
+//!
+//! | what | file |
+//! | --- | --- |
+//! | symmetric perturbation of one coordinate | `kernel` |
+//! | infinitely many coordinates, mutated when they are read | `vector` |
+//! | film positions stratified across chains | `stratify` |
+//! | the chain itself | `target` |
+
+mod kernel;
+mod stratify;
+mod target;
+mod vector;
+
+pub use kernel::Kernel;
+pub use stratify::Place;
+pub use target::{Integrand, KINDS, PrimaryOptions, PrimaryPoint, PrimaryState, PrimaryTarget};
+pub use vector::{Moving, PrimaryVector, Recorder};
+
+use crate::spec::{Options, SpecError};
+
+impl Kernel {
+    /// From options: `kernel` = kelemen (`s1`, `s2`) | gaussian (`sigma`).
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn from_options(options: &mut Options<'_>) -> Result<Self, SpecError> {
+        let least = 1.0 / 16_777_216.0;
+        let (s1, s2) = match Kernel::KELEMEN {
+            Kernel::Kelemen { s1, s2 } => (s1, s2),
+            Kernel::Gaussian { .. } => (least, 0.5),
+        };
+        let s1 = options.number("s1", s1, least..=0.5)?;
+        let s2 = options.number("s2", s2.max(s1), s1..=0.5)?;
+        let sigma = options.number("sigma", 1.0 / 64.0, least..=1.0)?;
+        options.choice(
+            "kernel",
+            &[("kelemen", Kernel::Kelemen { s1, s2 }), ("gaussian", Kernel::Gaussian { sigma })],
+        )
+    }
+}

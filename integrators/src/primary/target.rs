@@ -1,0 +1,361 @@
+//! The chain on primary sample space, whatever is integrated over it.
+
+use pathspace_core::Scene;
+use pathspace_core::film::{Contribution, Families, Sink};
+use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream, derive_seed};
+use rayon::prelude::*;
+
+use super::{Kernel, Moving, Place, PrimaryVector, Recorder};
+use crate::chain::{ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer};
+use crate::spec::{Options, SpecError};
+
+/// An integrand on one or several cubes [0, 1)^∞, called parts (path lengths, say).
+pub trait Integrand: Send + Sync + 'static {
+    /// Draws a part and says with which probability.
+    fn part(&self, u: &mut RandomStream) -> (u16, f64);
+
+    /// Probability of a part.
+    fn probability(&self, part: u16) -> f64;
+
+    /// Emits the contributions of one point of a part, for the whole crop window.
+    fn evaluate<U: PrimarySample, S: Sink>(
+        &self,
+        scene: &Scene,
+        part: u16,
+        u: &mut U,
+        sink: &mut S,
+    );
+
+    /// An image for the two-stage target.
+    fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight;
+}
+
+/// How a chain moves through primary sample space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimaryOptions {
+    /// Probability of a large step.
+    pub large: f64,
+    /// Small steps.
+    pub kernel: Kernel,
+    /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen et al. 2002, §5).
+    pub mis: bool,
+    /// Film positions of large steps are stratified across chains.
+    pub stratify: bool,
+    /// The target is luminance over a pilot image.
+    pub two_stage: bool,
+    /// The chains.
+    pub chain: ChainOptions,
+}
+
+impl PrimaryOptions {
+    /// From options: `large`, `kernel` (`s1`, `s2`, `sigma`), `stratify`, `target` = luminance | two-stage, and those of
+    /// [`ChainOptions::from_options`]. `mis` is left to the integrator.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`].
+    pub fn from_options(options: &mut Options<'_>) -> Result<Self, SpecError> {
+        Ok(PrimaryOptions {
+            large: options.number("large", 0.3, 0.0..=1.0)?,
+            kernel: Kernel::from_options(options)?,
+            mis: false,
+            stratify: options.boolean("stratify", false)?,
+            two_stage: options.choice("target", &[("luminance", false), ("two-stage", true)])?,
+            chain: ChainOptions::from_options(options)?,
+        })
+    }
+}
+
+/// Names of the moves, in the order of their kinds.
+pub const KINDS: [&str; 2] = ["large step", "small step"];
+
+/// Fewest and most samples of the pilot.
+const PILOT: std::ops::RangeInclusive<u64> = 64..=65_536;
+
+/// The chain's target: f* of an [`Integrand`] over its parts.
+#[derive(Clone, Debug)]
+pub struct PrimaryTarget<I> {
+    integrand: I,
+    options: PrimaryOptions,
+    image: Option<ImageWeight>,
+    /// ∫f* by the pilot: only shares samples out between the two estimators of [`PrimaryOptions::mis`], so that it need not be exact; but
+    /// b̂ itself in its place would correlate with the starts.
+    pilot_b: f64,
+}
+
+/// A point with what it contributes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PrimaryPoint {
+    /// Its coordinates.
+    pub vector: PrimaryVector,
+    /// Its part.
+    pub part: u16,
+    /// f_j.
+    pub contributions: Vec<Contribution>,
+    /// f*.
+    pub f: f64,
+}
+
+/// State of a chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrimaryState {
+    /// Where it is.
+    pub point: PrimaryPoint,
+    place: Place,
+    /// Buffers for the next proposal.
+    spare: Option<PrimaryPoint>,
+}
+
+impl<I: Integrand> PrimaryTarget<I> {
+    /// The target of `integrand`.
+    pub fn new(integrand: I, options: PrimaryOptions) -> Self {
+        PrimaryTarget { integrand, options, image: None, pilot_b: 0.0 }
+    }
+
+    /// The integrand.
+    pub fn integrand(&self) -> &I {
+        &self.integrand
+    }
+
+    /// Evaluates a point whose coordinates `u` gives; the contribution that is not finite, if there is one.
+    pub(crate) fn evaluate<U: PrimarySample>(
+        &self,
+        scene: &Scene,
+        part: u16,
+        u: &mut U,
+        into: (&mut Vec<Contribution>, &mut f64),
+    ) -> Option<Contribution> {
+        let (contributions, f) = into;
+        contributions.clear();
+        let image = self.image.as_ref();
+        let mut sink = Collector { contributions, f: 0.0, fault: None, image };
+        self.integrand.evaluate(scene, part, u, &mut sink);
+        *f = sink.f;
+        // Sums of finite numbers can still leave the range.
+        match sink.fault {
+            None if !f.is_finite() => sink.contributions.last().copied(),
+            fault => fault,
+        }
+    }
+
+    /// Share of the chain's samples at a point of this W = f*/p, against independent ones: balance heuristic of the densities W/b and `large`.
+    fn share(&self, w: f64) -> f64 {
+        if self.mixes() { w / (w + self.options.large * self.pilot_b) } else { 1.0 }
+    }
+
+    fn mixes(&self) -> bool {
+        self.options.mis && self.options.large > 0.0 && self.pilot_b > 0.0
+    }
+
+    fn large_step(
+        &self,
+        scene: &Scene,
+        x: &mut PrimaryState,
+        mut y: PrimaryPoint,
+        u: &mut RandomStream,
+    ) -> Proposal<PrimaryState> {
+        let stratified = x.place.next(u);
+        let (part, probability) =
+            if self.options.mis { self.integrand.part(u) } else { (x.point.part, 1.0) };
+        y.part = part;
+        let mut moving = Moving::large(&mut x.point.vector, &mut y.vector, u);
+        if let Some(film) = stratified {
+            moving.set(Stream::Sensor, 0, film[0]);
+            moving.set(Stream::Sensor, 1, film[1]);
+        }
+        let fault = self.evaluate(scene, part, &mut moving, (&mut y.contributions, &mut y.f));
+        let whole = self.options.mis || self.integrand.probability(x.point.part) == 1.0;
+        let (w_x, w_y) = if self.options.mis {
+            (x.point.f / self.integrand.probability(x.point.part), y.f / probability)
+        } else {
+            (x.point.f, y.f)
+        };
+        let share_x = self.share(w_x);
+        if fault.is_some() || y.f == 0.0 {
+            x.spare = Some(y);
+            return Proposal {
+                weight_current: share_x,
+                independent: (whole && fault.is_none()).then_some(0.0),
+                nonfinite: fault,
+                ..Proposal::rejected(0)
+            };
+        }
+        let share_y = self.share(w_y);
+        let state = PrimaryState { point: y, place: x.place, spare: None };
+        let proposal = Proposal::new(state, w_y / w_x, 0);
+        Proposal {
+            weight_current: proposal.weight_current * share_x,
+            weight_proposed: proposal.weight_proposed * share_y,
+            weight_independent: if self.mixes() { self.pilot_b * share_y } else { 0.0 },
+            independent: whole.then_some(w_y),
+            ..proposal
+        }
+    }
+
+    fn small_step(
+        &self,
+        scene: &Scene,
+        x: &mut PrimaryState,
+        mut y: PrimaryPoint,
+        u: &mut RandomStream,
+    ) -> Proposal<PrimaryState> {
+        y.part = x.point.part;
+        let mut moving = Moving::small(&mut x.point.vector, &mut y.vector, self.options.kernel, u);
+        let fault = self.evaluate(scene, y.part, &mut moving, (&mut y.contributions, &mut y.f));
+        let probability = if self.options.mis { self.integrand.probability(y.part) } else { 1.0 };
+        let share_x = self.share(x.point.f / probability);
+        if fault.is_some() || y.f == 0.0 {
+            x.spare = Some(y);
+            return Proposal { weight_current: share_x, nonfinite: fault, ..Proposal::rejected(1) };
+        }
+        let share_y = self.share(y.f / probability);
+        let acceptance = y.f / x.point.f;
+        let state = PrimaryState { point: y, place: x.place, spare: None };
+        let proposal = Proposal::new(state, acceptance, 1);
+        Proposal {
+            weight_current: proposal.weight_current * share_x,
+            weight_proposed: proposal.weight_proposed * share_y,
+            ..proposal
+        }
+    }
+}
+
+impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
+    type State = PrimaryState;
+
+    fn kinds(&self) -> Vec<String> {
+        KINDS.map(str::to_owned).into()
+    }
+
+    fn prepare(&mut self, scene: &Scene, seed: u64) {
+        let samples = self.options.chain.bootstrap.clamp(*PILOT.start(), *PILOT.end());
+        if self.options.two_stage {
+            let seed = derive_seed(seed, 0);
+            self.image = Some(self.integrand.image_weight(scene, seed, samples));
+        }
+        if self.options.mis && self.options.large > 0.0 {
+            let seed = derive_seed(seed, 1);
+            let target = &*self;
+            let batches: Vec<f64> = (0..samples / 64)
+                .into_par_iter()
+                .map(|batch| {
+                    let weight = |item| {
+                        let mut u = RandomStream::new(Address { seed, step: 0, item });
+                        target.bootstrap(scene, &mut u).map_or(0.0, |(_, w)| w)
+                    };
+                    let finite = |w: &f64| w.is_finite();
+                    (batch * 64..(batch + 1) * 64).map(weight).filter(finite).sum()
+                })
+                .collect();
+            self.pilot_b = batches.iter().sum::<f64>() / (64 * batches.len()) as f64;
+        }
+    }
+
+    fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(PrimaryState, f64)> {
+        let (part, probability) = self.integrand.part(u);
+        let mut point = PrimaryPoint { part, ..PrimaryPoint::default() };
+        let mut recorder = Recorder::new(&mut point.vector, u);
+        let into = (&mut point.contributions, &mut point.f);
+        let fault = self.evaluate(scene, part, &mut recorder, into);
+        let w = if fault.is_some() { f64::NAN } else { point.f / probability };
+        (w != 0.0).then(|| (PrimaryState { point, place: Place::default(), spare: None }, w))
+    }
+
+    fn place(&self, x: &mut PrimaryState, scene: &Scene, chain: u64, chains: u64, seed: u64) {
+        if self.options.stratify {
+            let crop = scene.film().crop;
+            x.place = Place::new(chain, chains, seed, [crop.width, crop.height]);
+        }
+    }
+
+    fn propose(
+        &self,
+        scene: &Scene,
+        x: &mut PrimaryState,
+        u: &mut RandomStream,
+    ) -> Proposal<PrimaryState> {
+        let y = x.spare.take().unwrap_or_default();
+        if (u.next() as f64) < self.options.large {
+            self.large_step(scene, x, y, u)
+        } else {
+            self.small_step(scene, x, y, u)
+        }
+    }
+
+    fn recycle(&self, x: &mut PrimaryState, unused: PrimaryState) {
+        x.spare = Some(unused.point);
+    }
+
+    fn splat<S: Sink>(&self, _: &Scene, x: &PrimaryState, weight: f64, sink: &mut S) {
+        // In f64: f* may be smaller than any f32.
+        let scale = weight / x.point.f;
+        for c in &x.point.contributions {
+            sink.add(Contribution { value: c.value.map(|v| (v as f64 * scale) as f32), ..*c });
+        }
+    }
+
+    fn encode(&self, x: &PrimaryState, w: &mut Writer) {
+        x.place.encode(w);
+        let point = &x.point;
+        point.vector.encode(w);
+        w.u32(point.part.into());
+        w.f64(point.f);
+        w.len(point.contributions.len());
+        for c in &point.contributions {
+            for v in [c.film.x, c.film.y, c.value.r, c.value.g, c.value.b, c.weight] {
+                w.f32(v);
+            }
+            w.u32(u32::from(c.s) << 16 | u32::from(c.t));
+            w.u32(c.emitter);
+            w.u8(c.families.bits());
+        }
+    }
+
+    fn decode(&self, _: &Scene, r: &mut Reader<'_>) -> Option<PrimaryState> {
+        let place = Place::decode(r)?;
+        let vector = PrimaryVector::decode(r)?;
+        let part = u16::try_from(r.u32()?).ok()?;
+        let f = r.f64()?;
+        let mut point = PrimaryPoint { vector, part, f, contributions: Vec::new() };
+        for _ in 0..r.len(33)? {
+            let mut v = [0.0; 6];
+            for v in &mut v {
+                *v = r.f32()?;
+            }
+            let technique = r.u32()?;
+            point.contributions.push(Contribution {
+                film: glam::Vec2::new(v[0], v[1]),
+                value: pathspace_core::Rgb::new(v[2], v[3], v[4]),
+                weight: v[5],
+                s: (technique >> 16) as u16,
+                t: technique as u16,
+                emitter: r.u32()?,
+                families: Families::from_bits(r.u8()?),
+            });
+        }
+        (f > 0.0 && f.is_finite()).then_some(PrimaryState { point, place, spare: None })
+    }
+}
+
+/// Keeps contributions and sums their f*.
+struct Collector<'a> {
+    contributions: &'a mut Vec<Contribution>,
+    f: f64,
+    fault: Option<Contribution>,
+    image: Option<&'a ImageWeight>,
+}
+
+impl Sink for Collector<'_> {
+    #[inline]
+    fn add(&mut self, c: Contribution) {
+        if !(c.value.is_finite() && c.film.is_finite()) {
+            self.fault = Some(c);
+            return;
+        }
+        if c.value.is_black() {
+            return;
+        }
+        let scalar = ImageWeight::luminance(&c);
+        self.f += self.image.map_or(scalar, |image| scalar * image.at(c.film));
+        self.contributions.push(c);
+    }
+}
