@@ -264,6 +264,19 @@ impl Edge {
         }
     }
 
+    /// The same segment from the second end to the first, to the bit as [`Edge::new`] with its ends exchanged.
+    #[inline]
+    pub fn reversed(&self) -> Edge {
+        Edge {
+            cos_a: self.cos_b,
+            cos_b: self.cos_a,
+            distance2: self.distance2,
+            direction: -self.direction,
+            a_infinite: self.b_infinite,
+            b_infinite: self.a_infinite,
+        }
+    }
+
     /// Unit direction from the first end to the second.
     #[inline]
     pub fn direction(&self) -> Vec3 {

@@ -156,6 +156,40 @@ impl Sensor {
         SensorSample { film, vertex: self.vertex(p), ray: Ray::new(p, d) }
     }
 
+    /// The point of the film that [`Sensor::sample`] takes for these numbers, anywhere in the crop window.
+    #[inline]
+    pub fn film_point(&self, u: [f32; 2]) -> Vec2 {
+        let Crop { x, y, width, height } = self.crop;
+        let film = Vec2::new(x as f32 + u[0] * width as f32, y as f32 + u[1] * height as f32);
+        Vec2::new(below(film.x, (x + width) as f32), below(film.y, (y + height) as f32))
+    }
+
+    /// The unit direction in which a ray from the lens point `p` lands on `film`: the inverse of [`Sensor::film_position`].
+    #[inline]
+    pub fn direction(&self, p: Vec3, film: Vec2) -> Vec3 {
+        let mut plane = DVec3::new(
+            (self.center[0] - film.x as f64) * self.pixel,
+            (self.center[1] - film.y as f64) * self.pixel,
+            1.0,
+        );
+        if !self.is_pinhole() {
+            let offset = p.as_dvec3() - self.origin;
+            plane.x -= self.axes[0].dot(offset) / self.focus_distance;
+            plane.y -= self.axes[1].dot(offset) / self.focus_distance;
+        }
+        self.to_scene(plane).normalize().as_vec3()
+    }
+
+    /// Angle that a pixel at the centre of the view covers, in radians (to first order).
+    pub fn pixel_angle(&self) -> f64 {
+        self.pixel
+    }
+
+    /// The part of the film that paths may land on.
+    pub fn crop(&self) -> Crop {
+        self.crop
+    }
+
     /// A point of the lens (technique t = 1) with its density: 1/area, or the counting measure of a pinhole.
     #[inline]
     pub fn sample_vertex(&self, lens: [f32; 2]) -> (Vertex, Density<Area>) {

@@ -242,3 +242,23 @@ fn a_vanishing_lens_is_a_pinhole() {
         assert!((ratio - 1.0).abs() < 1e-5);
     }
 }
+
+#[test]
+fn directions_of_a_lens_point_land_where_they_should() {
+    for (name, scene) in sensors() {
+        let sensor = scene.sensor();
+        let mut rng = Pcg64Mcg::new(9);
+        for _ in 0..2000 {
+            let u: [f32; 4] = rng.random();
+            let film = sensor.film_point([u[0], u[1]]);
+            let (vertex, _) = sensor.sample_vertex([u[2], u[3]]);
+            let p = lens_point(&vertex);
+            let d = sensor.direction(p, film);
+            // The rounding of a direction moves the image point by some 10⁻⁷ of the distance.
+            let back = sensor.film_position(p, d);
+            let near = back.is_some_and(|b| b.distance(film) < 1e-3);
+            let border = (film - film.round()).abs().min_element() < 1e-3;
+            assert!(near || border, "{name}: {film} {back:?}");
+        }
+    }
+}

@@ -6,12 +6,14 @@
 //! | [`lt`] | light tracing | (s,1) |
 //! | [`bdpt`] | bidirectional path tracing | all |
 //! | [`pssmlt`] | primary-sample-space Metropolis light transport | those of pt or bdpt |
+//! | [`mlt`] | Metropolis light transport on path space | all |
 //!
 //! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
 
 pub mod bdpt;
 pub mod chain;
 pub mod lt;
+pub mod mlt;
 pub mod primary;
 pub mod pssmlt;
 pub mod pt;

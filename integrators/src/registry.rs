@@ -4,6 +4,7 @@ use pathspace_core::integrator::Integrator;
 
 use crate::bdpt::{self, Bdpt};
 use crate::lt::{self, LightTracer};
+use crate::mlt::{self, Mlt};
 use crate::pssmlt;
 use crate::pt::{self, PathTracer};
 use crate::spec::{Defaults, Spec, SpecError};
@@ -47,6 +48,9 @@ impl Registry {
                 "primary-sample-space Metropolis over bdpt or pt",
                 pssmlt::from_spec,
             )
+            .with(mlt::NAME, "Metropolis light transport on path space", |spec, defaults| {
+                Ok(Box::new(Mlt::from_spec(spec, defaults)?))
+            })
     }
 
     /// Adds an integrator, or replaces the one of that name.

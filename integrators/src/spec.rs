@@ -119,7 +119,7 @@ impl<'a> Options<'a> {
         self.spec.options.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
-    fn bad(&self, key: &str, value: &str, expected: &str) -> SpecError {
+    pub(crate) fn bad(&self, key: &str, value: &str, expected: &str) -> SpecError {
         SpecError::BadValue {
             integrator: self.spec.name.clone(),
             option: key.to_owned(),

@@ -12,14 +12,18 @@ const ALPHA: f64 = 1e-5;
 const TOLERANCE: f64 = 5e-6;
 
 /// A cell of a scene.
-type Measured = (String, CellReport);
+pub type Measured = (String, CellReport);
 
 fn measure(scene: &ExactScene, spec: &str, seed: u64, mdb: f64, cells: &mut Vec<Measured>) {
+    measure_as(scene, spec, &Plan { seed, mdb, ..Plan::default() }, cells);
+}
+
+/// Measures the cells of a scene by a plan.
+pub fn measure_as(scene: &ExactScene, spec: &str, plan: &Plan, cells: &mut Vec<Measured>) {
     let config = CompareConfig { tolerance: TOLERANCE, ..CompareConfig::default() };
-    let plan = Plan { seed, mdb, ..Plan::default() };
     let defaults = pathspace_integrators::Defaults { rules: scene.rules };
     let integrator = Registry::builtin().create(&spec.parse().unwrap(), &defaults).unwrap();
-    let report = exact::measure(scene, &*integrator, &plan, &config);
+    let report = exact::measure(scene, &*integrator, plan, &config);
     for cell in report.unwrap_or_else(|e| panic!("{}: {e}", scene.name)).cells {
         let t = &cell.test;
         println!(
@@ -36,7 +40,7 @@ fn measure(scene: &ExactScene, spec: &str, seed: u64, mdb: f64, cells: &mut Vec<
 }
 
 /// Fails where a mean is off or a relative bias of `mdb` could hide.
-fn judge(cells: &[Measured], mdb: f64) {
+pub fn judge(cells: &[Measured], mdb: f64) {
     let p = holm(&cells.iter().map(|(_, c)| c.test.p).collect::<Vec<_>>());
     let wrong: Vec<_> = cells
         .iter()

@@ -6,5 +6,6 @@ mod determinism;
 mod exact;
 mod extremes;
 mod hard;
+mod mlt;
 mod models;
 mod oracle;

@@ -101,6 +101,18 @@ impl Bdpt {
         })
     }
 
+    /// All techniques with default options, to start chains of paths.
+    pub(crate) fn for_starts(max_length: Option<u32>) -> Self {
+        Bdpt {
+            techniques: TechniqueSet::ALL,
+            heuristic: Heuristic::Power { beta: 2.0 },
+            connect: Connect::Full,
+            roulette: true,
+            max_length,
+            spec: NAME.to_owned(),
+        }
+    }
+
     /// The rules of its walks, for the oracle: roulette plays from the first surface vertex or never.
     pub fn rules(&self) -> WalkRules {
         let rr_depth = if self.roulette { 1 } else { u32::MAX };

@@ -1,0 +1,101 @@
+//! States as bytes of checkpoints. Only the vertices are kept: the rest follows from them, to the bit.
+
+use glam::Vec3;
+use pathspace_core::Scene;
+use pathspace_core::math::Frame;
+use pathspace_core::path::Vertex;
+use pathspace_core::scene::{NO_EMITTER, SurfacePoint};
+
+use super::path::MltPath;
+use crate::chain::{Reader, Writer};
+
+const SURFACE: u8 = 0;
+const POINT: u8 = 1;
+const INFINITE: u8 = 2;
+const SENSOR: u8 = 3;
+
+/// Fewest bytes of a vertex.
+const SMALLEST: usize = 17;
+
+pub(super) fn encode(x: &MltPath, out: &mut Writer) {
+    out.len(x.vertices().len());
+    for vertex in x.vertices() {
+        match vertex {
+            Vertex::Surface(s) => {
+                out.u8(SURFACE);
+                for v in [s.p, s.n_g, s.frame.s, s.frame.t, s.frame.n] {
+                    vector(v, out);
+                }
+                out.f32(s.error);
+                for index in [s.shape, s.prim, s.material, s.emitter] {
+                    out.u32(index);
+                }
+            }
+            Vertex::PointEmitter { emitter, p } => {
+                out.u8(POINT);
+                out.u32(*emitter);
+                vector(*p, out);
+            }
+            Vertex::InfiniteEmitter { emitter, to } => {
+                out.u8(INFINITE);
+                out.u32(*emitter);
+                vector(*to, out);
+            }
+            Vertex::Sensor { p, n } => {
+                out.u8(SENSOR);
+                vector(*p, out);
+                vector(*n, out);
+            }
+        }
+    }
+}
+
+pub(super) fn decode(scene: &Scene, bytes: &mut Reader<'_>) -> Option<MltPath> {
+    let n = bytes.len(SMALLEST)?;
+    let vertices: Option<Vec<Vertex>> = (0..n).map(|_| vertex(scene, bytes)).collect();
+    let vertices = vertices?;
+    // Only the emitter's end may be at infinity or a point.
+    let inner = vertices.get(1..n.checked_sub(1)?)?;
+    if !inner.iter().all(|v| matches!(v, Vertex::Surface(_))) {
+        return None;
+    }
+    MltPath::new(scene, vertices).filter(|x| x.target().is_finite() && x.target() > 0.0)
+}
+
+fn vertex(scene: &Scene, bytes: &mut Reader<'_>) -> Option<Vertex> {
+    let emitters = scene.emitters().list().len();
+    let known = |emitter: u32| ((emitter as usize) < emitters).then_some(emitter);
+    Some(match bytes.u8()? {
+        SURFACE => {
+            let (p, n_g) = (read_vector(bytes)?, read_vector(bytes)?);
+            let (s, t, n) = (read_vector(bytes)?, read_vector(bytes)?, read_vector(bytes)?);
+            let error = bytes.f32()?;
+            let (shape, prim, material) = (bytes.u32()?, bytes.u32()?, bytes.u32()?);
+            let emitter = bytes.u32()?;
+            if shape as usize >= scene.shapes().len()
+                || material as usize >= scene.materials().len()
+                || (emitter != NO_EMITTER && known(emitter).is_none())
+            {
+                return None;
+            }
+            let frame = Frame { s, t, n };
+            Vertex::Surface(SurfacePoint { p, n_g, frame, error, shape, prim, material, emitter })
+        }
+        POINT => Vertex::PointEmitter { emitter: known(bytes.u32()?)?, p: read_vector(bytes)? },
+        INFINITE => {
+            Vertex::InfiniteEmitter { emitter: known(bytes.u32()?)?, to: read_vector(bytes)? }
+        }
+        SENSOR => Vertex::Sensor { p: read_vector(bytes)?, n: read_vector(bytes)? },
+        _ => return None,
+    })
+}
+
+fn vector(v: Vec3, out: &mut Writer) {
+    for c in v.to_array() {
+        out.f32(c);
+    }
+}
+
+fn read_vector(bytes: &mut Reader<'_>) -> Option<Vec3> {
+    Some(Vec3::new(bytes.f32()?, bytes.f32()?, bytes.f32()?))
+}
