@@ -64,6 +64,16 @@ pub enum ShapeGeometry {
     },
     /// The unit disk at z = 0, normal +z, ∂p/∂u radial.
     Disk,
+    /// The side of a right circular cylinder, open at both ends, with outward normals; ∂p/∂u round the axis. `to_world` may
+    /// stretch it along its axis, but must keep it right and circular.
+    Cylinder {
+        /// Centre of one end.
+        p0: DVec3,
+        /// Centre of the other end.
+        p1: DVec3,
+        /// Radius > 0.
+        radius: f64,
+    },
 }
 
 /// Triangles with optional shading normals and texture coordinates, one index set for all.

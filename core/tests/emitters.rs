@@ -48,6 +48,7 @@ fn shapes() -> Vec<(&'static str, ShapeGeometry, DAffine3)> {
     let place =
         |scale: DVec3| DAffine3::from_scale_rotation_translation(scale, turned, DVec3::ZERO);
     let sphere = ShapeGeometry::Sphere { center: DVec3::ZERO, radius: 0.5 };
+    let cylinder = ShapeGeometry::Cylinder { p0: -0.5 * DVec3::X, p1: 0.5 * DVec3::X, radius: 0.4 };
     vec![
         ("sphere", sphere, place(DVec3::ONE)),
         ("cube", ShapeGeometry::Cube, place(DVec3::new(0.3, 0.5, 0.2))),
@@ -55,6 +56,7 @@ fn shapes() -> Vec<(&'static str, ShapeGeometry, DAffine3)> {
         ("mesh", ShapeGeometry::Mesh(Arc::new(octahedron())), place(DVec3::splat(0.6))),
         ("disk", ShapeGeometry::Disk, place(DVec3::new(0.5, 0.3, 1.0))),
         ("rectangle", ShapeGeometry::Rectangle, place(DVec3::new(0.5, 0.3, 1.0))),
+        ("cylinder", cylinder, place(DVec3::new(0.8, 1.0, 1.0))),
         ("mirrored rectangle", ShapeGeometry::Rectangle, place(DVec3::new(-0.5, 0.3, 1.0))),
     ]
 }
@@ -131,6 +133,10 @@ fn next_event_from(
 fn next_event_points_follow_their_density_from_outside() {
     let mut outcomes = Vec::new();
     for (i, (name, geometry, to_world)) in shapes().into_iter().enumerate() {
+        // A cylinder sampled by area has a pole of its density along its silhouette, which the midpoints of a cell miss.
+        if matches!(geometry, ShapeGeometry::Cylinder { .. }) {
+            continue;
+        }
         let scene = emitters(Some((&geometry, to_world, false)), vec![lamp()]);
         for (j, eye) in [DVec3::new(0.4, -0.5, 1.4), DVec3::new(-0.7, -1.0, 0.9)].iter().enumerate()
         {

@@ -150,6 +150,18 @@ fn spheres_keep_centre_and_radius() {
 }
 
 #[test]
+fn cylinders_keep_ends_and_radius() {
+    let scene = new("<shape type=\"cylinder\"><point name=\"p0\" x=\"1\" y=\"2\" z=\"3\"/>\
+                     <point name=\"p1\" x=\"1\" y=\"2\" z=\"5\"/><float name=\"radius\" value=\"0.5\"/>\
+                     </shape><shape type=\"cylinder\"><transform name=\"to_world\"><scale z=\"3\"/></transform></shape>")
+    .description;
+    let ShapeGeometry::Cylinder { p0, p1, radius } = scene.shapes[0].geometry else { panic!() };
+    assert_eq!((p0, p1, radius), (DVec3::new(1.0, 2.0, 3.0), DVec3::new(1.0, 2.0, 5.0), 0.5));
+    let ShapeGeometry::Cylinder { p0, p1, radius } = scene.shapes[1].geometry else { panic!() };
+    assert_eq!((p0, p1, radius), (DVec3::ZERO, DVec3::Z, 1.0));
+}
+
+#[test]
 fn a_mirrored_sphere_is_inside_out_and_other_shapes_are_not() {
     let flipped = |kind: &str, flip: bool| {
         let body = format!(
@@ -159,7 +171,7 @@ fn a_mirrored_sphere_is_inside_out_and_other_shapes_are_not() {
         new(&body).description.shapes[0].flip_normals
     };
     assert!(flipped("sphere", false) && !flipped("sphere", true));
-    for kind in ["rectangle", "cube", "disk"] {
+    for kind in ["rectangle", "cube", "disk", "cylinder"] {
         assert!(!flipped(kind, false) && flipped(kind, true), "{kind}");
     }
 }

@@ -1,6 +1,8 @@
 //! Measures an integrator on every scene with an exact answer, until a given relative bias would be seen:
 //!
 //!     cargo run --release -p pathspace-validation --example exact -- lt 0.005
+//!
+//! A third argument leaves only the scenes whose names contain it.
 
 use std::process::ExitCode;
 
@@ -12,12 +14,13 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let (spec, mdb) = (arguments.next(), arguments.next().and_then(|m| m.parse::<f64>().ok()));
     let (Some(Ok(spec)), Some(mdb)) = (spec.map(|s| s.parse()), mdb) else {
-        eprintln!("usage: exact INTEGRATOR RELATIVE_BIAS, such as: exact lt 0.005");
+        eprintln!("usage: exact INTEGRATOR RELATIVE_BIAS [PART_OF_NAME], such as: exact lt 0.005");
         return ExitCode::from(2);
     };
+    let part = arguments.next().unwrap_or_default();
     let config = CompareConfig { tolerance: 5e-6, ..CompareConfig::default() };
     let plan = Plan { mdb, ..Plan::default() };
-    for scene in exact::all() {
+    for scene in exact::all().into_iter().filter(|scene| scene.name.contains(&part)) {
         let defaults = Defaults { rules: scene.rules };
         let integrator = match Registry::builtin().create(&spec, &defaults) {
             Ok(integrator) => integrator,

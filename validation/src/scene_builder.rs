@@ -56,6 +56,15 @@ impl SceneBuilder {
         })
     }
 
+    /// Adds a smooth mirror that reflects `rho` at every angle.
+    pub fn mirror(&mut self, rho: f32) -> usize {
+        self.material(MaterialKind::Conductor {
+            eta: Rgb::BLACK,
+            k: Rgb::WHITE,
+            specular_reflectance: Rgb::grey(rho),
+        })
+    }
+
     /// Adds any shape.
     pub fn shape(
         &mut self,
@@ -92,6 +101,18 @@ impl SceneBuilder {
     /// Adds a sphere.
     pub fn sphere(&mut self, center: DVec3, radius: f64, material: usize) -> &mut ShapeDescription {
         self.shape(ShapeGeometry::Sphere { center, radius }, DAffine3::IDENTITY, material)
+    }
+
+    /// Adds the side of a cylinder about the segment from `p0` to `p1`, normals outward.
+    pub fn cylinder(
+        &mut self,
+        p0: DVec3,
+        p1: DVec3,
+        radius: f64,
+        material: usize,
+    ) -> &mut ShapeDescription {
+        let geometry = ShapeGeometry::Cylinder { p0, p1, radius };
+        self.shape(geometry, DAffine3::IDENTITY, material)
     }
 
     /// Adds a disk with unit normal `normal`.

@@ -237,7 +237,7 @@ impl Scene {
         if let ShapeKind::Sphere { center, radius, .. } = shape.kind
             && let Some(cone) = Cone::new(reference, center, radius)
         {
-            let point = self.sphere_point(shape.first, cone.sample(u));
+            let point = self.curved_point(shape.first, cone.sample(u));
             // The density is that of the rounded point, so that sample and pdf agree.
             let pdf = self.pdf_shape_from(index, reference, &point);
             return (!pdf.is_zero()).then_some((point, pdf));

@@ -11,11 +11,11 @@ use crate::math::Ray;
 pub struct Hit {
     /// Ray parameter.
     pub t: f32,
-    /// Primitive: triangles first, then spheres, then disks.
+    /// Primitive: triangles first, then spheres, disks, cylinders.
     pub prim: u32,
-    /// Barycentric weight of corner 1 of a triangle; a of a disk's c + a·u + b·v; 0 for a sphere.
+    /// Barycentric weight of corner 1 of a triangle; a of a disk's c + a·u + b·v; 0 for a sphere or cylinder.
     pub b1: f32,
-    /// Barycentric weight of corner 2 of a triangle; b of a disk; 0 for a sphere.
+    /// Barycentric weight of corner 2 of a triangle; b of a disk; 0 for a sphere or cylinder.
     pub b2: f32,
 }
 
@@ -26,7 +26,7 @@ pub struct Stats {
     pub nodes: usize,
     /// Blocks of eight triangles.
     pub blocks: usize,
-    /// Spheres and disks in leaves.
+    /// Spheres, disks and cylinders in leaves.
     pub analytic: usize,
     /// Levels of inner nodes.
     pub depth: usize,
@@ -60,7 +60,11 @@ impl Accel {
         let spheres = prims.spheres.iter().map(|s| s.center.abs().max_element() + s.radius);
         let disks =
             prims.disks.iter().map(|d| (d.center.abs() + d.u.abs() + d.v.abs()).max_element());
-        let extent = corners.chain(spheres).chain(disks).fold(0.0, f32::max);
+        let cylinders = prims
+            .cylinders
+            .iter()
+            .map(|c| c.base.abs().max((c.base + c.axis).abs()).max_element() + c.radius);
+        let extent = corners.chain(spheres).chain(disks).chain(cylinders).fold(0.0, f32::max);
         let triangle_errors = prims.triangles.iter().map(offset::triangle_error).collect();
         Ok(Accel { tree, prims, extent, triangle_errors, wide: has_avx2() })
     }

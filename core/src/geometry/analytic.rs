@@ -1,8 +1,8 @@
-//! Spheres and disks, in f64.
+//! Spheres, disks and cylinders, in f64.
 
 use glam::{DVec3, Vec3};
 
-use super::primitives::{DiskPrim, SpherePrim};
+use super::primitives::{CylinderPrim, DiskPrim, SpherePrim};
 
 /// Analytic primitive prepared for the test.
 #[derive(Clone, Copy)]
@@ -23,6 +23,13 @@ enum Shape {
         n: DVec3,
         a: DVec3,
         b: DVec3,
+    },
+    /// `axis`: unit vector from `base` to the other end, `length` away.
+    Cylinder {
+        base: DVec3,
+        axis: DVec3,
+        length: f64,
+        radius: f64,
     },
 }
 
@@ -53,8 +60,17 @@ impl Analytic {
         Analytic { prim, shape: Shape::Disk { center: d.center.as_dvec3(), n, a, b } }
     }
 
+    pub fn cylinder(prim: u32, c: &CylinderPrim) -> Self {
+        let (base, axis) = (c.base.as_dvec3(), c.axis.as_dvec3());
+        let (axis, length) = (axis.normalize_or_zero(), axis.length());
+        Analytic {
+            prim,
+            shape: Shape::Cylinder { base, axis, length, radius: f64::from(c.radius) },
+        }
+    }
+
     /// First hit with `tmin` < t ≤ `tlast`, t judged after rounding to f32, and its coordinates
-    /// (a, b) for disks, zeros for spheres.
+    /// (a, b) for disks, zeros for spheres and cylinders.
     #[inline]
     pub fn intersect(&self, ray: &Ray64, tmin: f32, tlast: f32) -> Option<(f32, f32, f32)> {
         match self.shape {
@@ -73,6 +89,19 @@ impl Analytic {
                 // NaN (ray in the plane of the disk) fails the comparisons.
                 (qa * qa + qb * qb <= 1.0 && t > tmin && t <= tlast)
                     .then_some((t, qa as f32, qb as f32))
+            }
+            Shape::Cylinder { base, axis, length, radius } => {
+                // Across the axis the cylinder is a circle; a ray along the axis gives NaN, which nothing accepts.
+                let oc = ray.o - base;
+                let (along_o, along_d) = (oc.dot(axis), ray.d.dot(axis));
+                let (t0, t1) = sphere_roots(oc - axis * along_o, ray.d - axis * along_d, radius)?;
+                let accept = |t: f64| {
+                    let height = along_o + t * along_d;
+                    let t = t as f32;
+                    let on = (0.0..=length).contains(&height);
+                    (on && t > tmin && t <= tlast).then_some(t)
+                };
+                accept(t0).or_else(|| accept(t1)).map(|t| (t, 0.0, 0.0))
             }
         }
     }

@@ -137,6 +137,7 @@ fn leaf(
             }
             Some(PrimRef::Sphere(s)) => out.analytic.push(Analytic::sphere(prim, s)),
             Some(PrimRef::Disk(d)) => out.analytic.push(Analytic::disk(prim, d)),
+            Some(PrimRef::Cylinder(c)) => out.analytic.push(Analytic::cylinder(prim, c)),
             None => debug_assert!(false, "the builder made up primitive {prim}"),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! # What is here
 //!
-//! [`Accel`] holds triangles, spheres and disks ([`Primitives`]) in one tree and answers two
+//! [`Accel`] holds triangles, spheres, disks and cylinders ([`Primitives`]) in one tree and answers two
 //! questions: which primitive does a ray meet first ([`Accel::closest`]), and does it meet any
 //! ([`Accel::occluded`], the 1 − V of the rendering equation). [`Accel::position`],
 //! [`Accel::error_bound`], [`offset_origin`] and [`segment`] turn a hit into the origin of the
@@ -29,7 +29,7 @@
 //!   ray may pass its box at a distance of a few ulps. The slabs are therefore widened per ray by a
 //!   bound on that distance plus the slab test's own rounding (the idea of Ize 2013, "Robust BVH Ray
 //!   Traversal", but absolute instead of relative, which the normalised scene makes possible).
-//! - **Spheres and disks** are tested in f64, so that surfaces 10⁻⁷ apart are told apart.
+//! - **Spheres, disks and cylinders** are tested in f64, so that surfaces 10⁻⁷ apart are told apart.
 //! - **Two code paths, one source.** The kernels are generic over eight lanes of f32; AVX2 is used
 //!   where the processor has it (asked once, at build time of the tree), otherwise arrays that the
 //!   compiler turns into what the target has. Both perform the same IEEE operations in the same
@@ -49,7 +49,7 @@ mod traverse;
 
 pub use accel::{Accel, Hit, Stats};
 pub use offset::{offset_origin, segment};
-pub use primitives::{DiskPrim, PrimKind, Primitives, SpherePrim};
+pub use primitives::{CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim};
 
 /// Why a tree cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -64,10 +64,12 @@ pub enum GeometryError {
         /// The offending value, in words and numbers.
         what: String,
     },
-    /// A sphere's radius is not positive.
-    #[error("sphere {index}: radius {radius} is not positive")]
+    /// The radius of a sphere or a cylinder is not positive.
+    #[error("{kind} {index}: radius {radius} is not positive")]
     Radius {
-        /// Index in the list of spheres.
+        /// Sort of primitive.
+        kind: PrimKind,
+        /// Index in the list of that sort.
         index: usize,
         /// The radius.
         radius: f32,

@@ -11,7 +11,7 @@ const U: f32 = 1.0 / 16_777_216.0;
 
 impl Accel {
     /// Position of a hit on its primitive, more exact than o + t·d: barycentric interpolation for
-    /// triangles, o + t·d brought onto the surface for spheres, c + a·u + b·v for disks; in f64,
+    /// triangles, o + t·d brought onto the surface for spheres and cylinders, c + a·u + b·v for disks; in f64,
     /// rounded once.
     ///
     /// A hit that is not of this tree gives o + t·d.
@@ -34,12 +34,17 @@ impl Accel {
             Some(PrimRef::Disk(d)) => {
                 (d.center.as_dvec3() + d.u.as_dvec3() * b1 + d.v.as_dvec3() * b2).as_vec3()
             }
+            Some(PrimRef::Cylinder(c)) => {
+                let q = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t);
+                let (foot, out) = c.foot(q);
+                (foot + out * f64::from(c.radius)).as_vec3()
+            }
             None => ray.at(hit.t),
         }
     }
 
     /// Unit geometric normal at a point `p` of the primitive: (v₁ − v₀) × (v₂ − v₀) for triangles,
-    /// p − c for spheres, u × v for disks, normalised in f64.
+    /// p − c for spheres, u × v for disks, away from the axis for cylinders, normalised in f64.
     ///
     /// Zero for a primitive that does not exist or has no area.
     pub fn normal(&self, prim: u32, p: Vec3) -> Vec3 {
@@ -50,6 +55,7 @@ impl Accel {
             }
             Some(PrimRef::Sphere(s)) => p.as_dvec3() - s.center.as_dvec3(),
             Some(PrimRef::Disk(d)) => d.u.as_dvec3().cross(d.v.as_dvec3()),
+            Some(PrimRef::Cylinder(c)) => c.foot(p.as_dvec3()).1,
             None => return Vec3::ZERO,
         };
         n.normalize_or_zero().as_vec3()

@@ -20,6 +20,8 @@ pub enum PrimKind {
     Sphere,
     /// Flat disk or ellipse.
     Disk,
+    /// Side of a right circular cylinder.
+    Cylinder,
 }
 
 impl fmt::Display for PrimKind {
@@ -28,6 +30,7 @@ impl fmt::Display for PrimKind {
             PrimKind::Triangle => "triangle",
             PrimKind::Sphere => "sphere",
             PrimKind::Disk => "disk",
+            PrimKind::Cylinder => "cylinder",
         })
     }
 }
@@ -53,8 +56,32 @@ pub struct DiskPrim {
     pub v: Vec3,
 }
 
+/// Side of the cylinder about the segment from `base` to `base` + `axis`, hit from outside and from
+/// inside; its ends are open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CylinderPrim {
+    /// Centre of the first end.
+    pub base: Vec3,
+    /// From the centre of the first end to that of the other.
+    pub axis: Vec3,
+    /// Radius r > 0.
+    pub radius: f32,
+}
+
+impl CylinderPrim {
+    /// Nearest point of the axis between the ends and the unit vector from it, across the axis, towards `q`; zero
+    /// where `q` lies on the axis.
+    #[inline]
+    pub(crate) fn foot(&self, q: DVec3) -> (DVec3, DVec3) {
+        let (base, axis) = (self.base.as_dvec3(), self.axis.as_dvec3());
+        let from = q - base;
+        let along = from.dot(axis) / axis.length_squared();
+        (base + axis * along.clamp(0.0, 1.0), (from - axis * along).normalize_or_zero())
+    }
+}
+
 /// All primitives of a scene in normalised coordinates. Ids run over the triangles, then the
-/// spheres, then the disks.
+/// spheres, the disks and the cylinders.
 ///
 /// Rectangles and cubes are given as triangles; where neighbours share corners, the corners must be
 /// equal to the bit for the seam to be watertight.
@@ -66,6 +93,8 @@ pub struct Primitives {
     pub spheres: Vec<SpherePrim>,
     /// Disks. One without area is never hit.
     pub disks: Vec<DiskPrim>,
+    /// Cylinders. One without length is never hit.
+    pub cylinders: Vec<CylinderPrim>,
 }
 
 /// One primitive, looked up by id.
@@ -74,12 +103,13 @@ pub(super) enum PrimRef<'a> {
     Triangle(&'a [Vec3; 3]),
     Sphere(&'a SpherePrim),
     Disk(&'a DiskPrim),
+    Cylinder(&'a CylinderPrim),
 }
 
 impl Primitives {
     /// Number of all primitives.
     pub fn len(&self) -> usize {
-        self.triangles.len() + self.spheres.len() + self.disks.len()
+        self.triangles.len() + self.spheres.len() + self.disks.len() + self.cylinders.len()
     }
 
     /// Whether there are none.
@@ -91,13 +121,15 @@ impl Primitives {
     /// such primitive.
     pub fn locate(&self, prim: u32) -> Option<(PrimKind, usize)> {
         let i = prim as usize;
-        let (t, s) = (self.triangles.len(), self.spheres.len());
+        let (t, s, d) = (self.triangles.len(), self.spheres.len(), self.disks.len());
         if i < t {
             Some((PrimKind::Triangle, i))
         } else if i < t + s {
             Some((PrimKind::Sphere, i - t))
-        } else if i < self.len() {
+        } else if i < t + s + d {
             Some((PrimKind::Disk, i - t - s))
+        } else if i < self.len() {
+            Some((PrimKind::Cylinder, i - t - s - d))
         } else {
             None
         }
@@ -109,6 +141,7 @@ impl Primitives {
             PrimKind::Triangle => PrimRef::Triangle(&self.triangles[i]),
             PrimKind::Sphere => PrimRef::Sphere(&self.spheres[i]),
             PrimKind::Disk => PrimRef::Disk(&self.disks[i]),
+            PrimKind::Cylinder => PrimRef::Cylinder(&self.cylinders[i]),
         })
     }
 
@@ -119,6 +152,7 @@ impl Primitives {
             (Triangle, self.triangles.len(), 1 << 28),
             (Sphere, self.spheres.len(), 1 << 23),
             (Disk, self.disks.len(), 1 << 23),
+            (Cylinder, self.cylinders.len(), 1 << 23),
         ] {
             if count > limit {
                 return Err(GeometryError::TooMany { kind, count, limit });
@@ -133,13 +167,21 @@ impl Primitives {
             check(Sphere, i, s.center, || "the centre".into())?;
             check(Sphere, i, Vec3::splat(s.radius), || "the radius".into())?;
             if s.radius <= 0.0 {
-                return Err(GeometryError::Radius { index: i, radius: s.radius });
+                return Err(GeometryError::Radius { kind: Sphere, index: i, radius: s.radius });
             }
         }
         for (i, d) in self.disks.iter().enumerate() {
             check(Disk, i, d.center, || "the centre".into())?;
             check(Disk, i, d.u, || "the axis u".into())?;
             check(Disk, i, d.v, || "the axis v".into())?;
+        }
+        for (i, c) in self.cylinders.iter().enumerate() {
+            check(Cylinder, i, c.base, || "the end".into())?;
+            check(Cylinder, i, c.axis, || "the axis".into())?;
+            check(Cylinder, i, Vec3::splat(c.radius), || "the radius".into())?;
+            if c.radius <= 0.0 {
+                return Err(GeometryError::Radius { kind: Cylinder, index: i, radius: c.radius });
+            }
         }
         Ok(())
     }
@@ -174,7 +216,7 @@ impl Boundable for Bounded {
     }
 }
 
-/// Bounds of all primitives that have area. The bounds of spheres and disks are rounded outwards.
+/// Bounds of all primitives that have area. The bounds of spheres, disks and cylinders are rounded outwards.
 pub(super) fn bounds(p: &Primitives) -> Vec<Bounded> {
     let mut out = Vec::with_capacity(p.len());
     let mut prim = 0_u32;
@@ -195,6 +237,17 @@ pub(super) fn bounds(p: &Primitives) -> Vec<Bounded> {
         if u.cross(v) != DVec3::ZERO {
             let e = (u * u + v * v).map(f64::sqrt);
             out.push(Bounded { prim, aabb: outward(c - e, c + e) });
+        }
+        prim += 1;
+    }
+    for c in &p.cylinders {
+        let (base, axis) = (c.base.as_dvec3(), c.axis.as_dvec3());
+        if axis != DVec3::ZERO {
+            // The circle across the unit axis n reaches r·√(1 − n_i²) along coordinate i.
+            let n = axis.normalize();
+            let e = (1.0 - n * n).max(DVec3::ZERO).map(f64::sqrt) * f64::from(c.radius);
+            let (lo, hi) = (base.min(base + axis) - e, base.max(base + axis) + e);
+            out.push(Bounded { prim, aabb: outward(lo, hi) });
         }
         prim += 1;
     }

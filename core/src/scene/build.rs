@@ -4,17 +4,15 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
+use super::check::{check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
 use super::{NO_EMITTER, Normalisation, Scene, SceneError};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::description::*;
 use crate::emitter::{Emitter, Emitters};
-use crate::geometry::{Accel, DiskPrim, Primitives, SpherePrim};
+use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::sensor::Sensor;
-
-/// Largest film: beyond it sums would not fit the memory of a workstation.
-const MAX_FILM_PIXELS: u64 = 1 << 28;
 
 impl Scene {
     /// Builds a scene: checks every value, normalises to the unit sphere, builds the tree.
@@ -56,111 +54,6 @@ impl Scene {
             normalisation,
         })
     }
-}
-
-fn check_film(film: &FilmDescription) -> Result<(), SceneError> {
-    let bad = |problem: String| Err(SceneError::Film { problem });
-    let Crop { x, y, width, height } = film.crop;
-    if film.width == 0 || film.height == 0 {
-        return bad(format!("size {}×{} has no pixel", film.width, film.height));
-    }
-    if film.width as u64 * film.height as u64 > MAX_FILM_PIXELS {
-        return bad(format!("size {}×{} is over 2²⁸ pixels", film.width, film.height));
-    }
-    if width == 0
-        || height == 0
-        || x as u64 + width as u64 > film.width as u64
-        || y as u64 + height as u64 > film.height as u64
-    {
-        return bad(format!(
-            "crop window {width}×{height} at ({x}, {y}) is not within {}×{}",
-            film.width, film.height
-        ));
-    }
-    let positive = match film.filter {
-        FilterKind::Box => true,
-        FilterKind::Tent { radius } => radius > 0.0 && radius <= 64.0,
-        FilterKind::Gaussian { stddev } => stddev > 0.0 && stddev <= 16.0,
-    };
-    if !positive {
-        return bad(format!("filter {:?} has no valid width", film.filter));
-    }
-    Ok(())
-}
-
-fn check_shape(shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
-    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
-    let to_world = shape.to_world;
-    if !to_world.is_finite() {
-        return bad("to_world is not finite".into());
-    }
-    let m = to_world.matrix3;
-    // Relative to the lengths of the columns, so that small scenes are not refused.
-    let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
-    let det = m.determinant();
-    if !(det.abs() > 1e-12 * volume) {
-        // Flat shapes do not need their z axis.
-        let flat = matches!(shape.geometry, ShapeGeometry::Rectangle | ShapeGeometry::Disk);
-        let across = m.x_axis.cross(m.y_axis).length();
-        if !flat || !(across > 1e-12 * m.x_axis.length() * m.y_axis.length()) {
-            return bad(format!("to_world is singular (determinant {det})"));
-        }
-    }
-    if shape.material >= materials {
-        return bad(format!("material {} does not exist", shape.material));
-    }
-    if let Some(e) = shape.emission
-        && !(e.is_finite() && e.r >= 0.0 && e.g >= 0.0 && e.b >= 0.0)
-    {
-        return bad(format!(
-            "radiance {}, {}, {} is not a finite, non-negative colour",
-            e.r, e.g, e.b
-        ));
-    }
-    match &shape.geometry {
-        ShapeGeometry::Mesh(mesh) => check_mesh(shape, mesh),
-        ShapeGeometry::Sphere { center, radius } => {
-            if !(*radius > 0.0 && radius.is_finite() && center.is_finite()) {
-                return bad(format!("a sphere of radius {radius} about {center} does not exist"));
-            }
-            let s = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
-            let (lo, hi) = (s[0].min(s[1]).min(s[2]), s[0].max(s[1]).max(s[2]));
-            let skew = m
-                .x_axis
-                .dot(m.y_axis)
-                .abs()
-                .max(m.y_axis.dot(m.z_axis).abs())
-                .max(m.z_axis.dot(m.x_axis).abs());
-            if hi - lo > 1e-4 * hi || skew > 1e-4 * hi * hi {
-                return bad("to_world of a sphere must scale all axes alike".into());
-            }
-            Ok(())
-        }
-        ShapeGeometry::Rectangle | ShapeGeometry::Cube | ShapeGeometry::Disk => Ok(()),
-    }
-}
-
-fn check_mesh(shape: &ShapeDescription, mesh: &MeshData) -> Result<(), SceneError> {
-    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
-    let n = mesh.positions.len();
-    if mesh.triangles.is_empty() {
-        return bad("the mesh has no triangle".into());
-    }
-    for (name, len) in [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len())] {
-        if len != 0 && len != n {
-            return bad(format!("{len} {name} for {n} vertices"));
-        }
-    }
-    if let Some(t) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
-        return bad(format!("vertex index {t} in a mesh of {n} vertices"));
-    }
-    if let Some(i) = mesh.positions.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
-        return bad(format!("vertex {i} is not finite"));
-    }
-    if let Some(i) = mesh.normals.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
-        return bad(format!("normal {i} is not finite"));
-    }
-    Ok(())
 }
 
 /// Bounding sphere of shapes, point emitters and the lens.
@@ -219,6 +112,11 @@ fn for_each_bound(description: &SceneDescription, mut f: impl FnMut(DVec3, f64))
                 let r = t.matrix3.x_axis.length().max(t.matrix3.y_axis.length());
                 f(t.translation, r);
             }
+            ShapeGeometry::Cylinder { p0, p1, radius } => {
+                let r = radius * cylinder_scale(&t.matrix3, *p1 - *p0);
+                f(t.transform_point3(*p0), r);
+                f(t.transform_point3(*p1), r);
+            }
         }
     }
 }
@@ -276,6 +174,7 @@ impl Builder {
             ShapeGeometry::Cube => self.cube(&t, normal),
             ShapeGeometry::Sphere { center, radius } => self.sphere(&t, *center, *radius),
             ShapeGeometry::Disk => self.disk(&t),
+            ShapeGeometry::Cylinder { p0, p1, radius } => self.cylinder(&t, *p0, *p1, *radius),
         };
         if !(area > 0.0) {
             return Err(SceneError::Shape { shape: s.name.clone(), problem: "has no area".into() });
@@ -394,12 +293,31 @@ impl Builder {
         (first, kind, PI * t.matrix3.x_axis.cross(t.matrix3.y_axis).length())
     }
 
-    /// Numbers primitives as the tree does: triangles, then spheres, then disks.
+    fn cylinder(
+        &mut self,
+        t: &DAffine3,
+        p0: DVec3,
+        p1: DVec3,
+        radius: f64,
+    ) -> (u32, ShapeKind, f64) {
+        let first = self.primitives.cylinders.len() as u32;
+        // As with spheres, normals and area are those of the rounded cylinder.
+        let prim = CylinderPrim {
+            base: t.transform_point3(p0).as_vec3(),
+            axis: t.transform_vector3(p1 - p0).as_vec3(),
+            radius: (radius * cylinder_scale(&t.matrix3, p1 - p0)) as f32,
+        };
+        self.primitives.cylinders.push(prim);
+        let area = 2.0 * PI * prim.radius as f64 * prim.axis.as_dvec3().length();
+        (first, ShapeKind::Cylinder(Box::new(prim)), area)
+    }
+
+    /// Numbers primitives as the tree does: triangles, then spheres, disks, cylinders.
     fn number_primitives(&mut self) {
         let triangles = self.primitives.triangles.len() as u32;
         let spheres = self.primitives.spheres.len() as u32;
-        let total = triangles as usize + spheres as usize + self.primitives.disks.len();
-        self.prim_shape = vec![0; total];
+        let disks = self.primitives.disks.len() as u32;
+        self.prim_shape = vec![0; self.primitives.len()];
         for (index, shape) in self.shapes.iter_mut().enumerate() {
             let count = match &shape.kind {
                 ShapeKind::Mesh(mesh) => mesh.triangles.len() as u32,
@@ -411,6 +329,10 @@ impl Builder {
                 }
                 ShapeKind::Disk { .. } => {
                     shape.first += triangles + spheres;
+                    1
+                }
+                ShapeKind::Cylinder(_) => {
+                    shape.first += triangles + spheres + disks;
                     1
                 }
             };
@@ -467,6 +389,12 @@ fn normal_transform(m: DMat3) -> DMat3 {
         m.z_axis.cross(m.x_axis) * det,
         m.x_axis.cross(m.y_axis) * det,
     )
+}
+
+/// By how much a transform stretches a cylinder of this axis across it.
+fn cylinder_scale(m: &DMat3, axis: DVec3) -> f64 {
+    let (x, y) = axis.normalize().any_orthonormal_pair();
+    0.5 * ((*m * x).length() + (*m * y).length())
 }
 
 /// Normal of rectangles and disks: the transformed +z, which does not need an invertible z axis.

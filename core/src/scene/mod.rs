@@ -1,6 +1,7 @@
 //! The built scene: normalised to the unit sphere, traversable, with its emitters and its sensor.
 
 mod build;
+mod check;
 mod shape;
 mod surface;
 
@@ -181,12 +182,12 @@ impl Scene {
                 let p = self.accel.position(&hit, &Ray::new(Vec3::ZERO, Vec3::Z));
                 self.complete(prim, b1, b2, p)
             }
-            AreaSample::Sphere { prim, p } => self.sphere_point(prim, p),
+            AreaSample::Curved { prim, p } => self.curved_point(prim, p),
         }
     }
 
-    /// A point given directly on a sphere.
-    pub(crate) fn sphere_point(&self, prim: u32, p: Vec3) -> SurfacePoint {
+    /// A point given directly on a sphere or a cylinder.
+    pub(crate) fn curved_point(&self, prim: u32, p: Vec3) -> SurfacePoint {
         self.complete(prim, 0.0, 0.0, p)
     }
 
@@ -233,6 +234,10 @@ impl Scene {
             }
             // ∂p/∂r: Mitsuba parameterises the disk by (r, φ).
             ShapeKind::Disk { n, u, v } => (*n, *n, *u * b1 + *v * b2),
+            ShapeKind::Cylinder(c) => {
+                let n = c.foot(p.as_dvec3()).1.as_vec3();
+                (n, n, c.axis.cross(n))
+            }
         };
         let (n_g, n_s) = (n_g * shape.sign, n_s * shape.sign);
         let frame = if tangent {

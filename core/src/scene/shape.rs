@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::math::warp;
+use crate::geometry::CylinderPrim;
+use crate::math::{Frame, warp};
 
 /// One surface, built.
 #[derive(Clone, Debug)]
@@ -43,6 +44,7 @@ pub(crate) enum ShapeKind {
         u: Vec3,
         v: Vec3,
     },
+    Cylinder(Box<CylinderPrim>),
 }
 
 #[derive(Clone, Debug)]
@@ -67,8 +69,8 @@ pub(crate) struct Face {
 pub(crate) enum AreaSample {
     /// Primitive and its coordinates as in a hit.
     Flat { prim: u32, b1: f32, b2: f32 },
-    /// A point of a sphere.
-    Sphere { prim: u32, p: Vec3 },
+    /// A point of a sphere or a cylinder.
+    Curved { prim: u32, p: Vec3 },
 }
 
 impl Shape {
@@ -94,11 +96,19 @@ impl Shape {
             }
             ShapeKind::Sphere { center, radius, .. } => {
                 let d = warp::uniform_sphere(u).as_dvec3().normalize();
-                AreaSample::Sphere { prim: self.first, p: (*center + d * *radius).as_vec3() }
+                AreaSample::Curved { prim: self.first, p: (*center + d * *radius).as_vec3() }
             }
             ShapeKind::Disk { .. } => {
                 let d = warp::concentric_disk(u);
                 AreaSample::Flat { prim: self.first, b1: d.x, b2: d.y }
+            }
+            ShapeKind::Cylinder(c) => {
+                let (sin, cos) = (std::f64::consts::TAU * u[0] as f64).sin_cos();
+                let frame = Frame::from_normal(c.axis.normalize());
+                let out = frame.s.as_dvec3() * cos + frame.t.as_dvec3() * sin;
+                let foot = c.base.as_dvec3() + c.axis.as_dvec3() * u[1] as f64;
+                let p = (foot + out.normalize() * c.radius as f64).as_vec3();
+                AreaSample::Curved { prim: self.first, p }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The tree against plain tests of every primitive, and the two code paths against each other.
 
 use glam::{DVec3, Vec3};
-use pathspace_core::geometry::{Accel, DiskPrim, Hit, Primitives, SpherePrim};
+use pathspace_core::geometry::{Accel, CylinderPrim, DiskPrim, Hit, Primitives, SpherePrim};
 use pathspace_core::math::Ray;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::meshes::blob;
 use super::rays::{count, direction, in_cube};
 
-/// Mixed scene of `n` small triangles, spheres and disks each.
+/// Mixed scene of `n` small triangles, spheres, disks and cylinders each.
 fn mixed(n: usize, size: f32) -> Primitives {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
     let mut p = Primitives::default();
@@ -24,6 +24,8 @@ fn mixed(n: usize, size: f32) -> Primitives {
         let u = in_cube(&mut rng, size);
         let v = u.cross(direction(&mut rng)) * rng.random_range(0.3..2.0);
         p.disks.push(DiskPrim { center, u, v });
+        let (base, axis) = (in_cube(&mut rng, 0.5), in_cube(&mut rng, size));
+        p.cylinders.push(CylinderPrim { base, axis, radius: size * rng.random_range(0.1..1.0) });
     }
     p
 }
@@ -77,6 +79,9 @@ fn closest_equals_the_least_over_trees_of_one_primitive() {
     for d in &scene.disks {
         single.push(build(Primitives { disks: vec![*d], ..Primitives::default() }));
     }
+    for c in &scene.cylinders {
+        single.push(build(Primitives { cylinders: vec![*c], ..Primitives::default() }));
+    }
     let accel = build(scene);
     let differ = count(100_000, 2, |rng| {
         let ray = any_ray(rng);
@@ -106,7 +111,7 @@ fn reference_triangle(t: &[Vec3; 3], ray: &Ray) -> Option<(f64, f64)> {
 
 #[test]
 fn triangles_are_hit_where_f64_says() {
-    let scene = Primitives { spheres: vec![], disks: vec![], ..mixed(60, 0.4) };
+    let scene = Primitives { triangles: mixed(60, 0.4).triangles, ..Primitives::default() };
     let accel = build(scene);
     let wrong = (0..8_u64)
         .into_par_iter()

@@ -1,7 +1,9 @@
-//! Spheres and disks.
+//! Spheres, disks and cylinders.
 
 use glam::Vec3;
-use pathspace_core::geometry::{Accel, DiskPrim, PrimKind, Primitives, SpherePrim, offset_origin};
+use pathspace_core::geometry::{
+    Accel, CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim, offset_origin,
+};
 use pathspace_core::math::Ray;
 use rand::RngExt;
 
@@ -63,6 +65,48 @@ fn the_inner_of_two_close_spheres_is_always_found_from_between() {
     }
 }
 
+fn cylinder(base: Vec3, axis: Vec3, radius: f32) -> Accel {
+    let cylinders = vec![CylinderPrim { base, axis, radius }];
+    Accel::build(Primitives { cylinders, ..Primitives::default() }).expect("a finite cylinder")
+}
+
+#[test]
+fn a_cylinder_is_hit_from_outside_and_from_inside_and_is_open_at_its_ends() {
+    let a = cylinder(Vec3::new(0.0, 0.0, -0.25), 0.5 * Vec3::Z, 0.25);
+    let t = |o, d| a.closest(&Ray::new(o, d)).map(|h| h.t);
+    assert_eq!(t(Vec3::new(-0.75, 0.0, 0.1), Vec3::X), Some(0.5));
+    assert_eq!(t(Vec3::ZERO, 2.0 * Vec3::Y), Some(0.125));
+    assert_eq!(t(Vec3::new(-0.75, 0.0, 0.2501), Vec3::X), None);
+    assert_eq!(t(Vec3::new(-0.75, 0.0, 0.2499), Vec3::X), Some(0.5));
+    // Down the axis there is nothing; into the open end, the inner side.
+    assert_eq!(t(Vec3::new(0.1, 0.0, 0.75), -Vec3::Z), None);
+    assert_eq!(t(Vec3::new(-0.25, 0.0, 0.5), Vec3::new(0.5, 0.0, -0.5)), Some(1.0));
+}
+
+#[test]
+fn hits_of_a_slanted_cylinder_lie_on_it_and_have_its_normal() {
+    let (base, axis, radius) = (Vec3::new(0.1, -0.3, 0.2), Vec3::new(0.2, 0.5, -0.3), 0.15_f32);
+    let a = cylinder(base, axis, radius);
+    let unit = axis.as_dvec3().normalize();
+    let hits = std::sync::atomic::AtomicUsize::new(0);
+    let wrong = count(100_000, 13, |rng| {
+        let ray = Ray::new(in_cube(rng, 0.9), direction(rng));
+        let Some(hit) = a.closest(&ray) else { return false };
+        hits.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let p = a.position(&hit, &ray);
+        let from = p.as_dvec3() - base.as_dvec3();
+        let along = from.dot(unit);
+        let across = from - unit * along;
+        let off = (across.length() - f64::from(radius)).abs();
+        let tilt = (a.normal(hit.prim, p).as_dvec3() - across.normalize()).length();
+        let reached = (p - ray.at(hit.t)).length() < 1e-6;
+        let on = (-1e-7..=axis.as_dvec3().length() + 1e-7).contains(&along);
+        !(on && reached && off < f64::from(a.error_bound(hit.prim, p)) && tilt < 1e-6)
+    });
+    assert_eq!(wrong, 0);
+    assert!(hits.into_inner() > 2000);
+}
+
 #[test]
 fn a_disk_ends_at_its_rim() {
     let a = disk(Vec3::new(0.0, 0.0, 0.3), 0.5 * Vec3::X, 0.25 * Vec3::Y);
@@ -99,18 +143,21 @@ fn a_ray_in_the_plane_of_a_disk_misses() {
 }
 
 #[test]
-fn ids_run_over_triangles_then_spheres_then_disks() {
+fn ids_run_over_triangles_then_spheres_then_disks_then_cylinders() {
     let at = |x: f32| Vec3::new(x, 0.0, 0.5);
     let p = Primitives {
         triangles: vec![[at(-0.6), at(-0.4), at(-0.5) + Vec3::Y * 0.1]],
         spheres: vec![SpherePrim { center: at(0.0), radius: 0.1 }],
         disks: vec![DiskPrim { center: at(0.5), u: Vec3::X * 0.1, v: Vec3::Y * 0.1 }],
+        cylinders: vec![CylinderPrim { base: at(0.8), axis: Vec3::Y * 0.1, radius: 0.05 }],
     };
     assert_eq!(p.locate(0), Some((PrimKind::Triangle, 0)));
     assert_eq!(p.locate(1), Some((PrimKind::Sphere, 0)));
     assert_eq!(p.locate(2), Some((PrimKind::Disk, 0)));
-    assert_eq!(p.locate(3), None);
+    assert_eq!(p.locate(3), Some((PrimKind::Cylinder, 0)));
+    assert_eq!(p.locate(4), None);
     let a = Accel::build(p).expect("finite primitives");
     let hit = |x: f32| a.closest(&Ray::new(Vec3::new(x, 0.02, 0.0), Vec3::Z)).map(|h| h.prim);
-    assert_eq!([hit(-0.5), hit(0.0), hit(0.5), hit(0.8)], [Some(0), Some(1), Some(2), None]);
+    let hits = [hit(-0.5), hit(0.0), hit(0.5), hit(0.8), hit(0.9)];
+    assert_eq!(hits, [Some(0), Some(1), Some(2), Some(3), None]);
 }

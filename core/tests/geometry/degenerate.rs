@@ -1,7 +1,9 @@
 //! Bad input and degenerate rays and shapes.
 
 use glam::Vec3;
-use pathspace_core::geometry::{Accel, DiskPrim, GeometryError, Primitives, SpherePrim};
+use pathspace_core::geometry::{
+    Accel, CylinderPrim, DiskPrim, GeometryError, Primitives, SpherePrim,
+};
 use pathspace_core::math::Ray;
 
 use super::meshes::room;
@@ -107,4 +109,10 @@ fn input_that_is_not_finite_is_refused_by_name() {
     assert!(matches!(sphere(Vec3::X * 1e9, 1.0), Some(GeometryError::OutOfRange { .. })));
     let disks = vec![DiskPrim { center: Vec3::ZERO, u: Vec3::X, v: nan }];
     assert!(refuse(Primitives { disks, ..Primitives::default() }).contains("disk 0: the axis v"));
+    let cylinder = |axis, radius| {
+        let cylinders = vec![CylinderPrim { base: Vec3::ZERO, axis, radius }];
+        refuse(Primitives { cylinders, ..Primitives::default() })
+    };
+    assert!(cylinder(nan, 1.0).contains("cylinder 0: the axis"));
+    assert_eq!(cylinder(Vec3::X, 0.0), "cylinder 0: radius 0 is not positive");
 }

@@ -1,7 +1,9 @@
 //! Leaving surfaces: no self-hits, no light through walls, symmetric visibility.
 
 use glam::Vec3;
-use pathspace_core::geometry::{Accel, DiskPrim, Primitives, SpherePrim, offset_origin, segment};
+use pathspace_core::geometry::{
+    Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim, offset_origin, segment,
+};
 use pathspace_core::math::Ray;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -63,7 +65,7 @@ fn a_ray_that_leaves_a_triangle_does_not_meet_it_again() {
 }
 
 #[test]
-fn a_ray_that_leaves_a_sphere_or_a_disk_does_not_meet_it_again() {
+fn a_ray_that_leaves_a_sphere_a_disk_or_a_cylinder_does_not_meet_it_again() {
     let mut p = Primitives::default();
     const RADII: [f32; 3] = [0.3, 0.05, 1e-3];
     for (i, radius) in RADII.into_iter().enumerate() {
@@ -75,17 +77,24 @@ fn a_ray_that_leaves_a_sphere_or_a_disk_does_not_meet_it_again() {
         u: Vec3::new(0.5, 0.1, 0.2),
         v: Vec3::new(-0.2, 0.0, 0.5),
     });
+    for (i, radius) in RADII.into_iter().enumerate() {
+        let base = Vec3::new(0.5 * i as f32 - 0.6, 0.2, -0.9);
+        p.cylinders.push(CylinderPrim { base, axis: Vec3::new(0.1, -0.2, 0.4), radius });
+    }
     let accel = Accel::build(p).expect("finite primitives");
-    // From inside a sphere the same one is met again, at the end of the chord of 2 r cos θ.
-    let chord = |prim: u32, inside: bool, cos: f32| match RADII.get(prim as usize) {
-        Some(r) if inside => (2.0 * r * cos - 1e-6) * 0.9,
+    // From inside a sphere the same one is met again, at the end of the chord of 2 r cos θ. A chord of a cylinder is
+    // the longer the less it goes across.
+    let chord = |prim: u32, inside: bool, cos: f32| match prim {
+        0..=2 if inside => (2.0 * RADII[prim as usize] * cos - 1e-6) * 0.9,
+        4..=6 if inside => (2.0 * RADII[prim as usize - 4] * cos - 1e-6) * 0.9,
         _ => f32::MAX,
     };
     let origin = |rng: &mut Pcg64Mcg| {
-        let i = rng.random_range(0..8);
-        match accel.primitives().spheres.get(i) {
-            Some(s) => s.center + in_cube(rng, 0.5 * s.radius),
-            None => in_cube(rng, 0.9),
+        let (i, p) = (rng.random_range(0..8), accel.primitives());
+        match (p.spheres.get(i), p.cylinders.get(i.wrapping_sub(4))) {
+            (Some(s), _) => s.center + in_cube(rng, 0.5 * s.radius),
+            (_, Some(c)) => c.base + c.axis * rng.random::<f32>() + in_cube(rng, 0.5 * c.radius),
+            _ => in_cube(rng, 0.9),
         }
     };
     assert_eq!(self_hits(&accel, 1 << 20, origin, chord), 0);

@@ -6,6 +6,7 @@
 //! - rectangle, cube, disk: the normal is transformed as a normal (inverse transpose), also where
 //!   `to_world` mirrors;
 //! - sphere: outward, but inward where `to_world` mirrors;
+//! - cylinder: outward, also where `to_world` mirrors;
 //! - meshes with vertex normals from the file: the side of the transformed vertex normals;
 //! - meshes with computed normals or `face_normals`: the side from which the transformed
 //!   triangle is counter-clockwise, so a mirrored mesh is turned inside out;
@@ -24,7 +25,7 @@ use crate::error::{Result, SceneFileError};
 use crate::mesh::{self, RawMesh};
 
 /// Types that are understood.
-const KNOWN: [&str; 6] = ["cube", "disk", "obj", "ply", "rectangle", "sphere"];
+const KNOWN: [&str; 7] = ["cube", "cylinder", "disk", "obj", "ply", "rectangle", "sphere"];
 
 /// A shape and how its material is given.
 pub(super) struct Shape {
@@ -57,6 +58,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Shape> {
             flip_normals ^= to_world.matrix3.determinant() < 0.0;
             sphere(&mut props, &to_world)?
         }
+        "cylinder" => cylinder(&mut props, &to_world)?,
         "obj" | "ply" => mesh_file(context, &mut props, &to_world)?,
         _ => return Err(unknown_plugin(object, &KNOWN)),
     };
@@ -94,6 +96,28 @@ fn sphere(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
         return Err(props.complain("to_world", "a sphere must be scaled alike along all axes"));
     }
     Ok(ShapeGeometry::Sphere { center, radius })
+}
+
+/// `p0`, `p1` and `radius`; the transform may stretch it along its axis alone.
+fn cylinder(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
+    let p0 = props.vector("p0")?.unwrap_or(DVec3::ZERO);
+    let p1 = props.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = props.positive("radius")?.unwrap_or(1.0);
+    if p0 == p1 {
+        return Err(props.complain("p1", "the ends of a cylinder must be apart"));
+    }
+    let axis = (p1 - p0).normalize();
+    let (x, y) = axis.any_orthonormal_pair();
+    let [u, v, a] = [x, y, axis].map(|e| to_world.transform_vector3(e));
+    let (lengths, skew) = ((u.length() - v.length()).abs(), u.dot(v).abs());
+    let slant = u.dot(a).abs().max(v.dot(a).abs());
+    if lengths > 1e-4 * u.length()
+        || skew > 1e-4 * u.length_squared()
+        || slant > 1e-4 * u.length() * a.length()
+    {
+        return Err(props.complain("to_world", "a cylinder must stay right and circular"));
+    }
+    Ok(ShapeGeometry::Cylinder { p0, p1, radius })
 }
 
 fn mesh_file(

@@ -9,8 +9,10 @@
 //! | glass in a furnace, slabs | Fresnel's equations along the only path | [`glass`] |
 //! | sphere, disk and polygon lights, parallel, perpendicular and coaxial plates | irradiance and view factors | [`receivers`] |
 //! | refractive caustic | flux through a circle | [`caustics`] |
+//! | nephroid and cardioid of a cylindrical mirror | flux through rectangles about cusp and fold | [`cup`] |
 
 pub mod caustics;
+pub mod cup;
 pub mod enclosures;
 pub mod forms;
 pub mod glass;
@@ -103,5 +105,6 @@ pub fn all() -> Vec<ExactScene> {
     scenes.extend(glass::all());
     scenes.extend(receivers::all());
     scenes.extend(caustics::all());
+    scenes.extend(cup::all());
     scenes
 }

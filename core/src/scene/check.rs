@@ -1,0 +1,130 @@
+//! Checks of what a description says of its film and its shapes.
+
+use super::SceneError;
+use crate::description::*;
+
+/// Largest film: beyond it sums would not fit the memory of a workstation.
+const MAX_FILM_PIXELS: u64 = 1 << 28;
+
+pub(super) fn check_film(film: &FilmDescription) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Film { problem });
+    let Crop { x, y, width, height } = film.crop;
+    if film.width == 0 || film.height == 0 {
+        return bad(format!("size {}×{} has no pixel", film.width, film.height));
+    }
+    if film.width as u64 * film.height as u64 > MAX_FILM_PIXELS {
+        return bad(format!("size {}×{} is over 2²⁸ pixels", film.width, film.height));
+    }
+    if width == 0
+        || height == 0
+        || x as u64 + width as u64 > film.width as u64
+        || y as u64 + height as u64 > film.height as u64
+    {
+        return bad(format!(
+            "crop window {width}×{height} at ({x}, {y}) is not within {}×{}",
+            film.width, film.height
+        ));
+    }
+    let positive = match film.filter {
+        FilterKind::Box => true,
+        FilterKind::Tent { radius } => radius > 0.0 && radius <= 64.0,
+        FilterKind::Gaussian { stddev } => stddev > 0.0 && stddev <= 16.0,
+    };
+    if !positive {
+        return bad(format!("filter {:?} has no valid width", film.filter));
+    }
+    Ok(())
+}
+
+pub(super) fn check_shape(shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
+    let to_world = shape.to_world;
+    if !to_world.is_finite() {
+        return bad("to_world is not finite".into());
+    }
+    let m = to_world.matrix3;
+    // Relative to the lengths of the columns, so that small scenes are not refused.
+    let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    let det = m.determinant();
+    if !(det.abs() > 1e-12 * volume) {
+        // Flat shapes do not need their z axis.
+        let flat = matches!(shape.geometry, ShapeGeometry::Rectangle | ShapeGeometry::Disk);
+        let across = m.x_axis.cross(m.y_axis).length();
+        if !flat || !(across > 1e-12 * m.x_axis.length() * m.y_axis.length()) {
+            return bad(format!("to_world is singular (determinant {det})"));
+        }
+    }
+    if shape.material >= materials {
+        return bad(format!("material {} does not exist", shape.material));
+    }
+    if let Some(e) = shape.emission
+        && !(e.is_finite() && e.r >= 0.0 && e.g >= 0.0 && e.b >= 0.0)
+    {
+        return bad(format!(
+            "radiance {}, {}, {} is not a finite, non-negative colour",
+            e.r, e.g, e.b
+        ));
+    }
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => check_mesh(shape, mesh),
+        ShapeGeometry::Sphere { center, radius } => {
+            if !(*radius > 0.0 && radius.is_finite() && center.is_finite()) {
+                return bad(format!("a sphere of radius {radius} about {center} does not exist"));
+            }
+            let s = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
+            let (lo, hi) = (s[0].min(s[1]).min(s[2]), s[0].max(s[1]).max(s[2]));
+            let skew = m
+                .x_axis
+                .dot(m.y_axis)
+                .abs()
+                .max(m.y_axis.dot(m.z_axis).abs())
+                .max(m.z_axis.dot(m.x_axis).abs());
+            if hi - lo > 1e-4 * hi || skew > 1e-4 * hi * hi {
+                return bad("to_world of a sphere must scale all axes alike".into());
+            }
+            Ok(())
+        }
+        ShapeGeometry::Cylinder { p0, p1, radius } => {
+            let axis = *p1 - *p0;
+            let sound = *radius > 0.0 && axis.length() > 0.0;
+            if !(sound && radius.is_finite() && p0.is_finite() && p1.is_finite()) {
+                return bad(format!(
+                    "a cylinder of radius {radius} from {p0} to {p1} does not exist"
+                ));
+            }
+            let (x, y) = axis.normalize().any_orthonormal_pair();
+            let (u, v, a) = (m * x, m * y, m * axis.normalize());
+            let round = (u.length() - v.length()).abs() <= 1e-4 * u.length()
+                && u.dot(v).abs() <= 1e-4 * u.length_squared();
+            let right = u.dot(a).abs().max(v.dot(a).abs()) <= 1e-4 * u.length() * a.length();
+            if !(round && right) {
+                return bad("to_world of a cylinder must keep it right and circular".into());
+            }
+            Ok(())
+        }
+        ShapeGeometry::Rectangle | ShapeGeometry::Cube | ShapeGeometry::Disk => Ok(()),
+    }
+}
+
+fn check_mesh(shape: &ShapeDescription, mesh: &MeshData) -> Result<(), SceneError> {
+    let bad = |problem: String| Err(SceneError::Shape { shape: shape.name.clone(), problem });
+    let n = mesh.positions.len();
+    if mesh.triangles.is_empty() {
+        return bad("the mesh has no triangle".into());
+    }
+    for (name, len) in [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len())] {
+        if len != 0 && len != n {
+            return bad(format!("{len} {name} for {n} vertices"));
+        }
+    }
+    if let Some(t) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= n) {
+        return bad(format!("vertex index {t} in a mesh of {n} vertices"));
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
+        return bad(format!("vertex {i} is not finite"));
+    }
+    if let Some(i) = mesh.normals.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
+        return bad(format!("normal {i} is not finite"));
+    }
+    Ok(())
+}
