@@ -10,3 +10,5 @@ mod render;
 mod scenes;
 #[path = "cli/support.rs"]
 mod support;
+#[path = "cli/validate.rs"]
+mod validate;

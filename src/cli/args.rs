@@ -24,6 +24,8 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Compare integrators on a scene: do they agree, and how fast are they?
     Compare(CompareArgs),
+    /// Hold integrators to each other and to exact answers: are they right?
+    Validate(ValidateArgs),
     /// List the scenes of the library, or write one to a directory.
     Scenes(ScenesArgs),
 }
@@ -137,6 +139,46 @@ impl CompareArgs {
 }
 
 #[derive(Clone, Debug, Args)]
+pub(super) struct ValidateArgs {
+    /// What to hold to what: quick, pairs, exact, hard or all.
+    #[arg(default_value = "quick")]
+    pub(super) suite: String,
+    /// Integrator with its options; may be given again. All there are unless given.
+    #[arg(short, long = "integrator", value_name = "NAME[:key=value,…]")]
+    pub(super) integrators: Vec<Spec>,
+    /// Scene or case of the suite; may be given again. All of them unless given.
+    #[arg(long = "scene", value_name = "NAME")]
+    pub(super) scenes: Vec<String>,
+    /// Seed of the random numbers; another one is another experiment.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Independent renders of each integrator in a round.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(16..=100_000))]
+    pub(super) replicates: Option<u32>,
+    /// Most work, in units of the suite's own.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub(super) effort: Option<f64>,
+    /// Probability of any false alarm that is accepted, over all tests together.
+    #[arg(long, value_name = "P", value_parser = probability)]
+    pub(super) alpha: Option<f64>,
+    /// Level of each single test, instead of a share of alpha: what a failure says to replay it.
+    #[arg(long, value_name = "P", value_parser = probability, conflicts_with = "alpha")]
+    pub(super) level: Option<f64>,
+    /// Look after every few replicates and stop as soon as a pair is decided.
+    #[arg(long)]
+    pub(super) sequential: bool,
+    /// Worker threads; all processors unless given. The figures do not depend on it.
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Directory for report.html and report.json.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Print one JSON object as the last line.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
 pub(super) struct ScenesArgs {
     #[command(subcommand)]
     pub(super) command: Option<ScenesCommand>,
@@ -179,6 +221,16 @@ fn seconds(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
     // A century; it also keeps out infinity and NaN.
     value.filter(|s| *s > 0.0 && *s < 3.2e9).ok_or_else(|| "expected a number over 0".into())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value.filter(|v| *v > 0.0 && *v < 1e6).ok_or_else(|| "expected a number over 0".into())
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value.filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a number in (0, 1)".into())
 }
 
 fn layers(text: &str) -> Result<Layers, String> {

@@ -46,7 +46,7 @@ pub(super) fn compare(
 ) -> Result<Done> {
     let prepared = prepare(&args.scene)?;
     let integrators = integrators(registry, args, &prepared)?;
-    let pool = pool(&args.scene)?;
+    let pool = pool(args.scene.threads)?;
     let outputs = args.output.as_deref().map(|dir| open(dir, &integrators)).transpose()?;
     interrupt::install();
     let progress = Progress::new();

@@ -1,6 +1,6 @@
-//! The command: `pathspace render`, `compare` and `scenes`.
+//! The command: `pathspace render`, `compare`, `validate` and `scenes`.
 //!
-//! Exit status: 0 done, 1 a pair of integrators differs, 2 bad use or bad input (with one line on stderr).
+//! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
 
 mod args;
 mod compare;
@@ -10,6 +10,7 @@ mod render;
 mod scene;
 mod scenes;
 mod table;
+mod validate;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -23,7 +24,7 @@ use args::{Cli, Command, CompareArgs};
 /// How a command ended.
 enum Done {
     Well,
-    /// A pair of integrators differs.
+    /// A pair of integrators differs, or one is wrong.
     Differ,
 }
 
@@ -42,6 +43,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
     let done = match cli.command {
         Some(Command::Render(args)) => render::render(&registry, &args, &mut out),
         Some(Command::Compare(args)) => compare::compare(&registry, &args, &mut out),
+        Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
         Some(Command::Scenes(args)) => scenes::scenes(&args, &mut out),
         None => {
             let args = CompareArgs::demonstration(registry.list().count());

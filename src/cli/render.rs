@@ -43,7 +43,7 @@ struct Report<'a> {
 pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write) -> Result<Done> {
     let prepared = prepare(&args.scene)?;
     let integrator = prepared.integrator(registry, args.integrator.as_ref())?;
-    let pool = pool(&args.scene)?;
+    let pool = pool(args.scene.threads)?;
     let output = args.output.as_deref().map(Output::open).transpose()?;
     interrupt::install();
     let progress = Progress::new();

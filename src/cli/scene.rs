@@ -79,8 +79,8 @@ impl Prepared {
 }
 
 /// Worker threads: as many as asked for, or as there are processors.
-pub(super) fn pool(args: &SceneArgs) -> Result<rayon::ThreadPool> {
-    let threads = match args.threads {
+pub(super) fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool> {
+    let threads = match threads {
         Some(n) => usize::from(n),
         None => std::thread::available_parallelism().map_or(1, usize::from),
     };

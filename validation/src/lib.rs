@@ -1,9 +1,15 @@
 //! Statistical validation of integrators: how pathspace knows that it is right.
 //!
-//! [`stats`] holds the statistics: pure functions on numbers that know nothing of rendering.
-//! [`pairs`] judges whether two integrators agree. [`exact`] holds scenes whose image is known and measures integrators against them;
-//! [`scene_builder`] writes scenes in code; [`json`] reads numbers that JSON can not write; [`page`] is what pages for the browser have
-//! in common.
+//! | Question | Where |
+//! | --- | --- |
+//! | Is my integrator right on this scene? | [`validate()`](validate::validate()) |
+//! | Are all of them right, on all scenes? | [`suites`] |
+//! | Do two of them agree? | [`pairs`] |
+//! | Which scenes have an exact answer? | [`exact`] |
+//! | How sure is a verdict? | [`stats`], pure functions on numbers that know nothing of rendering |
+//! | How do I write a scene in code? | [`scene_builder`] |
+//! | How are numbers read that JSON can not write? | [`json`] |
+//! | What do pages for the browser have in common? | [`page`] |
 
 pub mod exact;
 pub mod json;
@@ -11,3 +17,5 @@ pub mod page;
 pub mod pairs;
 pub mod scene_builder;
 pub mod stats;
+pub mod suites;
+pub mod validate;

@@ -1,41 +1,21 @@
 //! Hard cases: scales, offsets, leaks, surfaces that nearly touch.
 
-use glam::{DAffine3, DVec3};
-use pathspace_core::description::{
-    EmitterDescription, MeshData, MicrofacetKind, SceneDescription, ShapeGeometry,
-};
+use glam::DVec3;
+use pathspace_core::Scene;
+use pathspace_core::description::{MicrofacetKind, SceneDescription};
 use pathspace_core::film::{Contribution, Film, Layers, Sink};
 use pathspace_core::integrator::PathEstimator;
 use pathspace_core::math::Ray;
 use pathspace_core::path::Vertex;
 use pathspace_core::random::{Address, PrimarySample, RandomStream};
-use pathspace_core::{Rgb, Scene};
 use pathspace_integrators::lt::LightTracer;
 use pathspace_integrators::pt::PathTracer;
 use pathspace_integrators::{Defaults, Registry};
 use pathspace_validation::exact;
-use pathspace_validation::scene_builder::{SceneBuilder, smooth_sphere};
+use pathspace_validation::scene_builder::SceneBuilder;
+use pathspace_validation::suites::{self, moved};
 
 use crate::models::{self, v};
-
-/// The same scene in other units and somewhere else. Point lights give the same irradiance.
-fn moved(description: &SceneDescription, scale: f64, offset: DVec3) -> SceneDescription {
-    let t = DAffine3::from_translation(offset) * DAffine3::from_scale(DVec3::splat(scale));
-    let mut d = description.clone();
-    for s in &mut d.shapes {
-        s.to_world = t * s.to_world;
-    }
-    for e in &mut d.emitters {
-        if let EmitterDescription::Point { position, intensity } = e {
-            *position = t.transform_point3(*position);
-            *intensity *= (scale * scale) as f32;
-        }
-    }
-    d.sensor.to_world.translation = t.transform_point3(d.sensor.to_world.translation);
-    d.sensor.aperture_radius *= scale;
-    d.sensor.focus_distance *= scale;
-    d
-}
 
 fn mean(description: &SceneDescription, spec: &str, steps: u32) -> f64 {
     let scene = std::sync::Arc::new(models::build(description));
@@ -94,51 +74,13 @@ fn contributions(scene: &Scene, estimator: &impl PathEstimator, paths: u64) -> u
     sink.0
 }
 
-/// A closed box of each kind with the camera inside and lights of every kind outside.
-fn dark_boxes() -> Vec<(&'static str, Scene)> {
-    let hollow = |b: &mut SceneBuilder, kind: &str, white: usize| match kind {
-        "cube" => {
-            b.shape(ShapeGeometry::Cube, DAffine3::IDENTITY, white).flip_normals = true;
-        }
-        "sphere" => {
-            b.sphere(DVec3::ZERO, 1.5, white).flip_normals = true;
-        }
-        _ => {
-            // Without shading normals: those let light in at grazing angles.
-            let facets = MeshData { normals: Vec::new(), ..smooth_sphere(1.5, 4) };
-            b.mesh(facets, white).flip_normals = true;
-        }
-    };
-    ["cube", "sphere", "mesh"]
-        .map(|kind| {
-            let mut b = SceneBuilder::new(64);
-            let (white, black) = (b.diffuse(0.9), b.diffuse(0.0));
-            hollow(&mut b, kind, white);
-            b.rectangle(v(-0.4, -0.5, -0.6), v(0.9, 0.1, 0.3), v(0.0, 0.7, 0.5), white);
-            b.sphere(v(2.5, 0.5, 0.3), 0.5, black).emission = Some(Rgb::grey(10.0));
-            b.rectangle(v(-2.0, -2.0, 2.0), v(0.0, 4.0, 0.0), v(4.0, 0.0, 0.0), black).emission =
-                Some(Rgb::grey(10.0));
-            b.emitter(EmitterDescription::Constant { radiance: Rgb::WHITE });
-            b.emitter(EmitterDescription::Point {
-                position: v(-2.0, 1.0, 1.0),
-                intensity: Rgb::grey(9.0),
-            });
-            b.emitter(EmitterDescription::Directional {
-                direction: v(0.3, 0.4, -1.0),
-                irradiance: Rgb::grey(5.0),
-            });
-            b.look_at(v(0.1, -0.7, 0.2), DVec3::ZERO, DVec3::Z, 100.0);
-            (kind, models::build(&b.finish()))
-        })
-        .into()
-}
-
 #[test]
 fn a_closed_box_is_dark() {
     let spec = |s: &str| s.parse().unwrap();
     let pt = PathTracer::from_spec(&spec("pt:max_depth=10"), &Defaults::default()).unwrap();
     let lt = LightTracer::from_spec(&spec("lt:max_depth=6"), &Defaults::default()).unwrap();
-    for (kind, scene) in dark_boxes() {
+    for dark in suites::dark_boxes() {
+        let (kind, scene) = (dark.name, models::build(&dark.description));
         assert_eq!(contributions(&scene, &pt, 100_000), 0, "pt, {kind}");
         assert_eq!(contributions(&scene, &lt, 300_000), 0, "lt, {kind}");
     }

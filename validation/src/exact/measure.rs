@@ -9,7 +9,7 @@ use pathspace_core::{Scene, SceneError};
 use rayon::prelude::*;
 
 use super::{ExactLength, ExactScene};
-use crate::stats::{CompareConfig, PairReport, ReplicateSet, StatsError, compare_exact};
+use crate::stats::{CompareConfig, PairReport, ReplicateSet, StatsError, Verdict, compare_exact};
 
 /// How long to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Plan {
     pub pilot: u64,
     /// Most steps of each replicate.
     pub most: u64,
+    /// Rays of all replicates together after which none begins a further step.
+    pub rays: u64,
     /// The relative minimum detectable bias to reach in every cell.
     pub mdb: f64,
     /// Seed of all.
@@ -28,7 +30,7 @@ pub struct Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Plan { replicates: 24, pilot: 4, most: 2000, mdb: 0.005, seed: 1 }
+        Plan { replicates: 24, pilot: 4, most: 2000, rays: u64::MAX, mdb: 0.005, seed: 1 }
     }
 }
 
@@ -60,7 +62,8 @@ pub enum ExactError {
 /// so that the means stay unbiased but for a vanishing dependence of the two.
 ///
 /// # Errors
-/// Where the scene or the integrator does not start or a contribution is not finite.
+/// Where the scene or the integrator does not start or a contribution is not finite. An integrator that sees none of the paths gives a report
+/// without cells.
 pub fn measure(
     scene: &ExactScene,
     integrator: &dyn Integrator,
@@ -69,35 +72,50 @@ pub fn measure(
 ) -> Result<PairReport, ExactError> {
     let built = Arc::new(Scene::new(&scene.description)?);
     let expected = scene.seen_by(integrator.families(&built));
+    if expected.is_empty() {
+        return Ok(PairReport {
+            a: integrator.spec(),
+            b: "exact".into(),
+            replicates_a: 0,
+            replicates_b: 0,
+            verdict: Verdict::Inconclusive,
+            p: 1.0,
+            mdb: f64::INFINITY,
+            cells: Vec::new(),
+        });
+    }
     let mut replicates = Vec::with_capacity(plan.replicates);
     for r in 0..plan.replicates {
         let run = integrator.start(built.clone(), derive_seed(plan.seed, r as u64))?;
         let film = Film::new(built.film(), Layers { length: true, ..Layers::NONE });
         replicates.push((run, film));
     }
-    let mut steps = 0;
+    let (mut steps, mut rays) = (0_u64, 0_u64);
     let mut more = plan.pilot.min(plan.most);
     loop {
-        expose(&mut replicates, more);
+        rays += expose(&mut replicates, more);
         steps += more;
         let report = report(&expected, &replicates, integrator, config)?;
         let reached = report.mdb <= plan.mdb;
-        if reached || steps >= plan.most {
+        if reached || steps >= plan.most || rays >= plan.rays {
             return Ok(report);
         }
         // Standard errors fall with the root of the steps; a tenth more than that.
         let want = steps as f64 * (report.mdb / plan.mdb).powi(2) * 1.1;
         more = (want.min(plan.most as f64).ceil() as u64).saturating_sub(steps).max(1);
-        more = more.min(plan.most - steps);
+        // What the rays that are left will do.
+        let left = (plan.rays - rays) as f64 / (rays as f64 / steps as f64).max(1.0);
+        more = more.min(plan.most - steps).min((left.ceil() as u64).max(1));
     }
 }
 
-fn expose(replicates: &mut [(Box<dyn Run>, Film)], steps: u64) {
-    replicates.par_iter_mut().for_each(|(run, film)| {
-        for _ in 0..steps {
-            run.step(film);
-        }
-    });
+/// Runs every replicate for `steps` steps; rays of all, or samples where an integrator counts no rays.
+fn expose(replicates: &mut [(Box<dyn Run>, Film)], steps: u64) -> u64 {
+    let cost = |(run, film): &mut (Box<dyn Run>, Film)| -> u64 {
+        let works = (0..steps).map(|_| run.step(film));
+        works.map(|work| work.rays.max(work.samples)).sum()
+    };
+    replicates.par_iter_mut().map(cost).sum()
 }
 
 fn report(

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use pathspace_core::film::Families;
 
-use super::observe::{Arm, PathClass};
+use super::observe::{Arm, PathClass, common_classes};
 use crate::stats::{
-    Claim, CompareConfig, Gates, Moments, Reason, StatsError, Verdict, Welch, decide, holm,
+    Claim, CompareConfig, Gates, Moments, Reason, Rule, StatsError, Verdict, Welch, decide, holm,
     welch_within,
 };
 
@@ -23,14 +23,6 @@ pub(super) struct CellTest {
     pub verdict: Verdict,
     /// Why.
     pub reason: Reason,
-}
-
-impl CellTest {
-    /// True where the p-value may be believed.
-    pub fn is_trusted(&self) -> bool {
-        use Reason::*;
-        !matches!(self.reason, NeverSampled | FewContributions | HeavyTail)
-    }
 }
 
 /// Tests the image, then every path length, over `classes` of paths that both arms can make.
@@ -99,6 +91,23 @@ pub(super) fn test_cells(
             CellTest { length, test, p: claim.p_adjusted, verdict, reason }
         })
         .collect())
+}
+
+/// Path classes that both arms can make and of which neither has fewer effective contributions to a replicate than `rule` asks for.
+///
+/// # Errors
+/// With fewer than two replicates of an arm, or means that are not finite.
+pub fn well_sampled(a: &Arm, b: &Arm, rule: &Rule) -> Result<BTreeSet<PathClass>, StatsError> {
+    let mut classes = common_classes(a, b);
+    for class in classes.clone() {
+        for arm in [a, b] {
+            let moments = Moments::of(&arm.class_column(&class))?;
+            if is_undersampled(arm, &class, &moments, rule.n_eff_min) {
+                classes.remove(&class);
+            }
+        }
+    }
+    Ok(classes)
 }
 
 /// True where the replicates of an arm say little about a class: fewer effective contributions than `few`.

@@ -114,7 +114,7 @@ fn combine(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) ->
         // Nothing that both can make.
         return (Verdict::Inconclusive, 1.0);
     }
-    let mut p = cells.iter().filter(|c| c.is_trusted()).fold(1.0, |m: f64, c| m.min(c.p));
+    let mut p = cells.iter().filter(|c| c.reason.is_trusted()).fold(1.0, |m: f64, c| m.min(c.p));
     let any = cells.iter().any(|c| c.verdict == Verdict::Differ);
     let mut verdict = if any { Verdict::Differ } else { cells[0].verdict };
     if let Some(tiles) = tiles {

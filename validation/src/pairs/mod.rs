@@ -12,10 +12,13 @@
 
 mod cells;
 mod judge;
+mod maps;
 mod observe;
 mod tiles;
 mod unseen;
 
+pub use cells::well_sampled;
 pub use judge::{Judgement, LengthSummary, TILE_REPLICATES, Unseen, judge};
+pub use maps::{TileMap, tile_maps};
 pub use observe::{Arm, ClassMean, Observation, PathClass, TILES, Tiles, unique_name};
 pub use tiles::TileSummary;

@@ -52,6 +52,14 @@ pub enum Reason {
     HeavyTail,
 }
 
+impl Reason {
+    /// True where the p-value of the cell may be believed.
+    pub fn is_trusted(self) -> bool {
+        use Reason::*;
+        !matches!(self, NeverSampled | FewContributions | HeavyTail)
+    }
+}
+
 /// The figures that tell whether a t-test may be trusted on a cell; the worse arm counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gates {

@@ -4,6 +4,7 @@ use super::fault::{StatsError, at_least, open_unit};
 
 /// Outcome of one round of [`GandyScott`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
 pub enum Round {
     /// Undecided: test again on fresh data.
     Again,
@@ -36,6 +37,11 @@ impl GandyScott {
         at_least("rounds", 1, rounds as usize)?;
         let beta = alpha / f64::from(rounds);
         Ok(GandyScott { rounds, round: 0, beta, gamma: beta.powf(1.0 / f64::from(rounds)) })
+    }
+
+    /// β of the coming round: it rejects a q at or below this.
+    pub fn level(&self) -> f64 {
+        self.beta
     }
 
     /// Judges the p-values of one round, combined by Bonferroni as q = min(1, m·min p).

@@ -27,7 +27,7 @@ fn path_space_metropolis_gives_the_exact_answers() {
         scene.expected.retain(|e| e.length.is_none_or(|k| k <= 3));
         let seed = derive_seed(8, index as u64);
         // Half of it is the bootstrap: b̂ carries the error of the whole image.
-        let plan = Plan { replicates: 32, pilot: 6, most: 24, mdb: 0.1, seed };
+        let plan = Plan { replicates: 32, pilot: 6, most: 24, mdb: 0.1, seed, ..Plan::default() };
         measure_as(&scene, "mlt:chains=1024,bootstrap=10000", &plan, &mut cells);
     }
     judge(&cells, 0.1);

@@ -1,0 +1,265 @@
+//! `pathspace validate`.
+
+use std::fs;
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use pathspace_integrators::Registry;
+use pathspace_validation::stats::Verdict;
+use pathspace_validation::suites::{self, Options, Suite};
+use pathspace_validation::validate::{
+    ArmState, Check, CheckOutcome, Failure, Method, Report, SceneReport,
+};
+use serde::Serialize;
+
+use super::args::ValidateArgs;
+use super::progress::Progress;
+use super::scene::pool;
+use super::table::{Table, percent};
+use super::{Done, interrupt};
+
+/// What `--json` prints; see docs/json.md.
+#[derive(Debug, Serialize)]
+struct Object<'a> {
+    threads: usize,
+    passed: bool,
+    failures: Vec<Told>,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// A failure with the command that shows it again.
+#[derive(Debug, Serialize)]
+struct Told {
+    #[serde(flatten)]
+    failure: Failure,
+    replay: String,
+}
+
+/// Runs a suite.
+pub(super) fn validate(
+    registry: &Registry,
+    args: &ValidateArgs,
+    out: &mut dyn Write,
+) -> Result<Done> {
+    let suite = suite(args)?;
+    let options = Options {
+        integrators: args.integrators.clone(),
+        scenes: args.scenes.clone(),
+        level: args.level,
+    };
+    let pool = pool(args.threads)?;
+    if let Some(dir) = &args.output {
+        fs::create_dir_all(dir)
+            .with_context(|| format!("{}: cannot make directory", dir.display()))?;
+    }
+    interrupt::install();
+    let progress = Progress::new();
+    let mut watch = |at: &suites::Progress<'_>| {
+        progress.set(at.done as f64 / at.tests.max(1) as f64, || at.what.to_owned());
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let report = pool.install(|| suites::run(&suite, registry, &options, &mut watch));
+    drop(progress);
+    let report = report?;
+    let failures: Vec<Told> = report.failures().into_iter().map(|f| told(f, args)).collect();
+    tell(&report, &failures, out)?;
+    let object = Object {
+        threads: pool.current_num_threads(),
+        passed: report.passed(),
+        failures,
+        report: &report,
+    };
+    if let Some(dir) = &args.output {
+        write(&dir.join("report.json"), &serde_json::to_string(&object)?)?;
+        writeln!(out, "report in {}", dir.display())?;
+    }
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string(&object)?)?;
+    }
+    Ok(if report.passed() { Done::Well } else { Done::Differ })
+}
+
+/// The suite with what the command line changes.
+fn suite(args: &ValidateArgs) -> Result<Suite> {
+    let mut suite = Suite::find(&args.suite).ok_or_else(|| {
+        let known: Vec<&str> = Suite::list().iter().map(|s| s.name).collect();
+        anyhow!("'{}' is no suite ({})", args.suite, known.join(", "))
+    })?;
+    let config = &mut suite.config;
+    config.seed = args.seed;
+    if let Some(alpha) = args.alpha {
+        config.alpha = alpha;
+    }
+    if let Some(k) = args.replicates {
+        config.replicates = k as usize;
+    }
+    if args.sequential {
+        config.method = Method::Sequential { batch: 8, most: 4 * config.replicates };
+    }
+    if let Some(effort) = args.effort {
+        suite = suite.with_effort(effort);
+    }
+    Ok(suite)
+}
+
+/// Writes a file whole or not at all.
+fn write(path: &Path, text: &str) -> Result<()> {
+    let partial = path.with_extension("partial");
+    fs::write(&partial, text)
+        .and_then(|()| fs::rename(&partial, path))
+        .with_context(|| format!("{}: cannot write", path.display()))
+}
+
+/// The same scene and integrators alone, with the level that the test had.
+fn told(failure: Failure, args: &ValidateArgs) -> Told {
+    let mut replay = format!("pathspace validate {}", args.suite);
+    for integrator in &failure.integrators {
+        // The second of two equal ones is asked for by the same spec again.
+        let spec = integrator.split('#').next().unwrap_or(integrator);
+        replay += &format!(" -i {spec}");
+    }
+    replay += &format!(" --scene '{}' --seed {}", failure.scene, failure.seed);
+    replay += &format!(" --level {:e}", failure.level);
+    if let Some(k) = args.replicates {
+        replay += &format!(" --replicates {k}");
+    }
+    if let Some(effort) = args.effort {
+        replay += &format!(" --effort {effort}");
+    }
+    if args.sequential {
+        replay += " --sequential";
+    }
+    Told { failure, replay }
+}
+
+fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
+    for scene in &report.scenes {
+        tell_scene(scene, out)?;
+    }
+    for kind in ["exact", "chains", "hard"] {
+        let checks: Vec<&Check> = report.checks.iter().filter(|c| c.kind == kind).collect();
+        if !checks.is_empty() {
+            tell_checks(kind, &checks, out)?;
+        }
+    }
+    for (scene, who, why) in report.skips() {
+        writeln!(out, "left out: {who} on {scene}: {why}")?;
+    }
+    if !report.complete {
+        writeln!(out, "interrupted: what stands above is all that was done")?;
+    }
+    for Told { failure, replay } in failures {
+        writeln!(out, "\nWRONG on {}: {}\n  again: {replay}", failure.scene, failure.message)?;
+    }
+    let [well, wrong, open] = tally(report);
+    writeln!(
+        out,
+        "\n{}: {well} agree, {wrong} differ, {open} inconclusive, {} failures; seed {}, \
+         probability of any false alarm {:.0e}, {:.0} s",
+        if failures.is_empty() { "PASSED" } else { "FAILED" },
+        failures.len(),
+        report.config.seed,
+        report.config.alpha,
+        report.seconds
+    )?;
+    Ok(())
+}
+
+/// Pairs and checks that agree, that differ, and that tell nothing.
+fn tally(report: &Report) -> [usize; 3] {
+    let mut tally = [0; 3];
+    for pair in report.scenes.iter().flat_map(|s| &s.pairs) {
+        tally[match pair.outcome {
+            Verdict::Agree => 0,
+            Verdict::Differ => 1,
+            Verdict::Inconclusive => 2,
+        }] += 1;
+    }
+    for check in &report.checks {
+        match check.outcome {
+            CheckOutcome::Passed => tally[0] += 1,
+            CheckOutcome::Failed => tally[1] += 1,
+            CheckOutcome::Inconclusive => tally[2] += 1,
+            CheckOutcome::Skipped => {}
+        }
+    }
+    tally
+}
+
+/// The matrix of a scene: verdict and minimum detectable bias of each pair.
+fn tell_scene(scene: &SceneReport, out: &mut dyn Write) -> Result<()> {
+    let [width, height] = scene.size;
+    writeln!(out, "{}: {width}×{height}, {:.1} s", scene.scene, scene.seconds)?;
+    let arms: Vec<_> = scene.integrators.iter().filter(|a| a.state == ArmState::Rendered).collect();
+    let numbers: Vec<String> = (1..arms.len()).map(|n| n.to_string()).collect();
+    let mut heading = vec!["", "samples"];
+    heading.extend(numbers.iter().map(String::as_str));
+    let mut table = Table::new(&heading, &[0]);
+    for (i, arm) in arms.iter().enumerate() {
+        let name = format!("{} {}", i + 1, arm.integrator);
+        let mut row = vec![name, format!("{}×{}", arm.replicates, arm.samples)];
+        for other in &arms[..i] {
+            let of = |p: &&pathspace_validation::validate::PairReport| {
+                p.last.a == other.integrator && p.last.b == arm.integrator
+            };
+            row.push(
+                scene.pairs.iter().find(of).map_or("—".into(), |p| {
+                    format!("{} {}", mark(p.outcome), percent(p.last.mdb))
+                }),
+            );
+        }
+        table.row(row);
+    }
+    table.write("  ", out)?;
+    writeln!(out)?;
+    Ok(())
+}
+
+fn mark(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agree => "✓",
+        Verdict::Differ => "✗",
+        Verdict::Inconclusive => "?",
+    }
+}
+
+/// A matrix of checks: scene × integrator.
+fn tell_checks(kind: &str, checks: &[&Check], out: &mut dyn Write) -> Result<()> {
+    let mut subjects: Vec<&str> = Vec::new();
+    let mut scenes: Vec<&str> = Vec::new();
+    for check in checks {
+        if !subjects.contains(&check.subject.as_str()) {
+            subjects.push(&check.subject);
+        }
+        if !scenes.contains(&check.scene.as_str()) {
+            scenes.push(&check.scene);
+        }
+    }
+    let mut heading = vec![kind];
+    heading.extend(&subjects);
+    let mut table = Table::new(&heading, &[0]);
+    for scene in scenes {
+        let mut row = vec![scene.to_owned()];
+        for subject in &subjects {
+            let of = |c: &&&Check| c.scene == scene && c.subject == *subject;
+            row.push(checks.iter().find(of).map_or(String::new(), |c| outcome(c)));
+        }
+        table.row(row);
+    }
+    table.write("  ", out)?;
+    writeln!(out)?;
+    Ok(())
+}
+
+fn outcome(check: &Check) -> String {
+    let mdb = check.mdb.map_or(String::new(), |m| format!(" {}", percent(m)));
+    match check.outcome {
+        CheckOutcome::Passed => format!("✓{mdb}"),
+        CheckOutcome::Failed => "✗".into(),
+        CheckOutcome::Inconclusive => format!("?{mdb}"),
+        CheckOutcome::Skipped => "–".into(),
+    }
+}

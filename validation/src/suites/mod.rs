@@ -1,0 +1,137 @@
+//! Suites: what is validated, with how much work, as values.
+//!
+//! | Suite | What it holds to what |
+//! | --- | --- |
+//! | [`Suite::quick`] | every integrator to every other one on a few scenes, and to a few exact answers: for continuous integration |
+//! | [`Suite::pairs`] | every integrator to every other one on every scene of the library, per path length and tile |
+//! | [`Suite::exact`] | every integrator to every exact answer that it sees |
+//! | [`Suite::hard`] | every integrator in other units, far from the origin, and in closed boxes |
+//! | [`Suite::all`] | all of it |
+//!
+//! An integrator takes part by being in the [`Registry`](pathspace_integrators::Registry); nothing here knows one by name.
+
+mod exact;
+mod hard;
+mod run;
+
+pub use hard::{dark_boxes, moved};
+pub use run::{Options, Progress, SuiteError, run};
+
+use crate::validate::Config;
+
+/// A list of things to do, with one level for all of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suite {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// What it does.
+    pub parts: Vec<Part>,
+    /// The settings, of which parts set their own budgets.
+    pub config: Config,
+}
+
+/// One kind of test over many scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Part {
+    /// Pairs of integrators on scenes of the library.
+    Pairs {
+        /// The scenes; all of the library where empty.
+        scenes: &'static [&'static str],
+        /// Pixels a side.
+        size: u32,
+        /// Rays of an integrator on a scene in the first round.
+        rays: u64,
+        /// Minimum detectable bias of the image that is wished for.
+        mdb: f64,
+    },
+    /// Integrators against exact answers.
+    Exact {
+        /// Names of exact scenes; all where empty.
+        scenes: &'static [&'static str],
+        /// Rays of an integrator on a scene in the first round.
+        rays: u64,
+        /// Minimum detectable bias that is wished for in every cell.
+        mdb: f64,
+    },
+    /// Scenes in other units, far from the origin, closed boxes.
+    Hard {
+        /// Rays of an integrator on a scene in the first round.
+        rays: u64,
+    },
+}
+
+impl Suite {
+    /// Every suite.
+    pub fn list() -> Vec<Suite> {
+        vec![Suite::quick(), Suite::pairs(), Suite::exact(), Suite::hard(), Suite::all()]
+    }
+
+    /// The suite of this name.
+    pub fn find(name: &str) -> Option<Suite> {
+        Suite::list().into_iter().find(|s| s.name == name)
+    }
+
+    /// The same with `effort` times the rays.
+    pub fn with_effort(mut self, effort: f64) -> Suite {
+        for part in &mut self.parts {
+            let (Part::Pairs { rays, .. } | Part::Exact { rays, .. } | Part::Hard { rays }) = part;
+            // `as` saturates.
+            *rays = (*rays as f64 * effort).max(1.0) as u64;
+        }
+        self
+    }
+
+    /// A few scenes that need every part of transport, within three minutes on two processors.
+    pub fn quick() -> Suite {
+        const SCENES: &[&str] = &["cornell-caustic", "mis-plates", "smooth-shading", "thin-lens"];
+        const EXACT: &[&str] =
+            &["concentric spheres", "refractive plane", "perpendicular rectangles"];
+        Suite {
+            name: "quick",
+            summary: "a few scenes and exact answers, for continuous integration",
+            parts: vec![
+                Part::Pairs { scenes: SCENES, size: 32, rays: 4_000_000, mdb: 0.01 },
+                Part::Exact { scenes: EXACT, rays: 4_000_000, mdb: 0.01 },
+            ],
+            config: Config::default(),
+        }
+    }
+
+    /// Every integrator × every scene of the library.
+    pub fn pairs() -> Suite {
+        Suite {
+            name: "pairs",
+            summary: "every integrator against every other one on every scene of the library",
+            parts: vec![Part::Pairs { scenes: &[], size: 32, rays: 20_000_000, mdb: 0.005 }],
+            config: Config::default(),
+        }
+    }
+
+    /// Every integrator × every exact scene.
+    pub fn exact() -> Suite {
+        Suite {
+            name: "exact",
+            summary: "every integrator against every exact answer that it sees",
+            parts: vec![Part::Exact { scenes: &[], rays: 20_000_000, mdb: 0.005 }],
+            config: Config::default(),
+        }
+    }
+
+    /// Units, places and closed boxes.
+    pub fn hard() -> Suite {
+        Suite {
+            name: "hard",
+            summary: "every integrator in other units, far from the origin, in closed boxes",
+            parts: vec![Part::Hard { rays: 4_000_000 }],
+            config: Config::default(),
+        }
+    }
+
+    /// All of the others at their own budgets.
+    pub fn all() -> Suite {
+        let parts = [Suite::pairs(), Suite::exact(), Suite::hard()].map(|s| s.parts).concat();
+        Suite { name: "all", summary: "all of it", parts, config: Config::default() }
+    }
+}

@@ -1,0 +1,239 @@
+//! Runs a suite.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use pathspace_core::Scene;
+use pathspace_core::integrator::Integrator;
+use pathspace_core::path::WalkRules;
+use pathspace_integrators::{Defaults, Registry, Spec, SpecError};
+use pathspace_scenes::library;
+
+use super::{Part, Suite, exact, hard};
+use crate::validate::{Config, Report, SceneReport, compare_on};
+
+/// What to leave out of a suite.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Integrators that take part; all of the registry where empty.
+    pub integrators: Vec<Spec>,
+    /// Scenes that take part, by name; all where empty.
+    pub scenes: Vec<String>,
+    /// Level of a single test, in place of the share of α: to run a part of a suite as it was in the whole.
+    pub level: Option<f64>,
+}
+
+/// Where a suite is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// Tests done so far.
+    pub done: usize,
+    /// Tests in all.
+    pub tests: usize,
+    /// What is going on.
+    pub what: &'a str,
+}
+
+/// Why a suite can not begin.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SuiteError {
+    /// No such integrator.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// No scene of that name in the suite.
+    #[error("'{name}' is no scene of this suite ({known})")]
+    UnknownScene {
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The level is no probability, or there is nothing to test.
+    #[error("{0}")]
+    Nothing(String),
+}
+
+/// Options that make Markov chains affordable at 32 replicates a round; integrators that do not know them are made without.
+const CHAIN_OPTIONS: &str = "bootstrap=4096,chains=64";
+
+/// The integrators of a suite, made for each scene anew because the scene says how long paths are.
+pub(super) struct Team<'a> {
+    registry: &'a Registry,
+    specs: Vec<Spec>,
+}
+
+impl<'a> Team<'a> {
+    fn new(registry: &'a Registry, asked: &[Spec]) -> Result<Self, SpecError> {
+        let mut specs = asked.to_vec();
+        if specs.is_empty() {
+            for (name, _) in registry.list() {
+                let with_options: Spec = format!("{name}:{CHAIN_OPTIONS}").parse()?;
+                let known = registry.create(&with_options, &Defaults::default()).is_ok();
+                specs.push(if known { with_options } else { name.parse()? });
+            }
+        }
+        let team = Team { registry, specs };
+        team.integrators(WalkRules::default())?;
+        Ok(team)
+    }
+
+    /// The integrators for a scene's rules.
+    pub(super) fn integrators(
+        &self,
+        rules: WalkRules,
+    ) -> Result<Vec<Box<dyn Integrator>>, SpecError> {
+        let defaults = Defaults { rules };
+        self.specs.iter().map(|s| self.registry.create(s, &defaults)).collect()
+    }
+
+    /// Number of integrators.
+    pub(super) fn len(&self) -> usize {
+        self.specs.len()
+    }
+}
+
+/// Runs `suite` with the integrators of `registry`. `watch` hears of progress; where it says to stop, the report holds what is done.
+///
+/// # Errors
+/// Unknown integrators, options or scenes, before anything is rendered.
+pub fn run(
+    suite: &Suite,
+    registry: &Registry,
+    options: &Options,
+    watch: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Report, SuiteError> {
+    let clock = Instant::now();
+    let team = Team::new(registry, &options.integrators)?;
+    check_scenes(suite, options)?;
+    let tests: usize = suite.parts.iter().map(|p| count(p, &team, options)).sum();
+    if tests == 0 {
+        return Err(SuiteError::Nothing("nothing to test: two integrators make a pair".into()));
+    }
+    let mut report = Report::new(suite.name, &suite.config, tests);
+    if let Some(level) = options.level {
+        report.config.alpha = level * tests as f64;
+    }
+    let level = report.level();
+    if !(level > 0.0 && level < 1.0) {
+        return Err(SuiteError::Nothing(format!("a level of {level} is no probability")));
+    }
+    for part in &suite.parts {
+        let flow = match *part {
+            Part::Pairs { scenes, size, rays, mdb } => {
+                let config = Config { rays, mdb, ..suite.config };
+                pairs(&mut report, &team, &library_scenes(scenes, options), size, &config, watch)?
+            }
+            Part::Exact { scenes, rays, mdb } => {
+                let config = Config { rays, mdb, ..suite.config };
+                let scenes = exact::scenes(scenes, options);
+                exact::run(&mut report, &team, &scenes, &config, "exact", watch)?
+            }
+            Part::Hard { rays } => {
+                let config = Config { rays, ..suite.config };
+                hard::run(&mut report, &team, options, &config, watch)?
+            }
+        };
+        if flow.is_break() {
+            report.complete = false;
+            break;
+        }
+    }
+    report.seconds = clock.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+/// Tests of a part.
+fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
+    let n = team.len();
+    match *part {
+        Part::Pairs { scenes, .. } => {
+            library_scenes(scenes, options).len() * (n * n.saturating_sub(1) / 2)
+        }
+        Part::Exact { scenes, .. } => exact::scenes(scenes, options).len() * n,
+        Part::Hard { .. } => hard::names(options).len() * n,
+    }
+}
+
+/// Names of scenes of a part before the options leave any out.
+fn names(part: &Part) -> Vec<String> {
+    let all = Options::default();
+    match *part {
+        Part::Pairs { scenes, .. } => {
+            library_scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
+        }
+        Part::Exact { scenes, .. } => {
+            exact::scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
+        }
+        Part::Hard { .. } => hard::names(&all),
+    }
+}
+
+fn check_scenes(suite: &Suite, options: &Options) -> Result<(), SuiteError> {
+    let known: Vec<String> = suite.parts.iter().flat_map(names).collect();
+    match options.scenes.iter().find(|s| !known.contains(s)) {
+        Some(name) => Err(SuiteError::UnknownScene { name: name.clone(), known: known.join(", ") }),
+        None => Ok(()),
+    }
+}
+
+fn library_scenes(names: &[&str], options: &Options) -> Vec<&'static library::LibraryScene> {
+    let wanted = |name: &str| (names.is_empty() || names.contains(&name)) && options.wants(name);
+    library::all().iter().filter(|s| wanted(s.name)).collect()
+}
+
+impl Options {
+    /// True where a scene takes part.
+    pub(super) fn wants(&self, name: &str) -> bool {
+        self.scenes.is_empty() || self.scenes.iter().any(|s| s == name)
+    }
+}
+
+fn pairs(
+    report: &mut Report,
+    team: &Team<'_>,
+    scenes: &[&library::LibraryScene],
+    size: u32,
+    config: &Config,
+    watch: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<ControlFlow<()>, SuiteError> {
+    let (tests, level) = (report.tests, report.level());
+    let each = team.len() * team.len().saturating_sub(1) / 2;
+    for library in scenes {
+        let done = report.done();
+        match load(library, size) {
+            Ok((scene, rules)) => {
+                let integrators = team.integrators(rules)?;
+                let borrowed: Vec<&dyn Integrator> = integrators.iter().map(|i| &**i).collect();
+                let own = &mut |what: &str| watch(&Progress { done, tests, what });
+                match compare_on(library.name, &scene, &borrowed, config, level, own) {
+                    Some(scene) => report.scenes.push(scene),
+                    None => return Ok(ControlFlow::Break(())),
+                }
+            }
+            Err(error) => report.scenes.push(SceneReport {
+                scene: library.name.into(),
+                size: [size; 2],
+                integrators: Vec::new(),
+                pairs: Vec::new(),
+                error: Some(error),
+                seconds: 0.0,
+            }),
+        }
+        report.add_done(each);
+    }
+    Ok(ControlFlow::Continue(()))
+}
+
+/// A library scene of `size` pixels a side, and the rules that it asks for.
+pub(super) fn load(
+    scene: &library::LibraryScene,
+    size: u32,
+) -> Result<(Arc<Scene>, WalkRules), String> {
+    let loaded = scene.load(&[("res".into(), size.to_string())]).map_err(|e| e.to_string())?;
+    let built = Scene::new(&loaded.description).map_err(|e| e.to_string())?;
+    let defaults = loaded.defaults;
+    let rules = WalkRules { max_length: defaults.max_depth, rr_depth: defaults.rr_depth };
+    Ok((Arc::new(built), rules))
+}

@@ -1,0 +1,137 @@
+//! Every pair of integrators on one scene, in rounds.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use pathspace_core::Scene;
+use pathspace_core::integrator::Integrator;
+
+use super::arms::Contender;
+use super::config::{Config, Method};
+use super::confirm::Confirmed;
+use super::report::{PairReport, SceneReport};
+use super::{seed_of, sequential};
+use crate::pairs::{Judgement, Tiles, judge, tile_maps};
+use crate::stats::{CompareConfig, Round, Rule, StatsError, Verdict};
+
+/// Compares integrators on a scene at level `level` for each pair; `None` where `watch`, which hears what is going on, said to stop.
+pub(crate) fn compare_on(
+    name: &str,
+    scene: &Arc<Scene>,
+    integrators: &[&dyn Integrator],
+    config: &Config,
+    level: f64,
+    watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
+) -> Option<SceneReport> {
+    let clock = Instant::now();
+    let crop = scene.film().crop;
+    let tiles = Tiles::at_most(config.tiles, crop.width as usize, crop.height as usize);
+    if watch(&format!("{name}: pilots")).is_break() {
+        return None;
+    }
+    let seed = seed_of(config.seed, name);
+    let mut contenders = Contender::all(scene, integrators, &tiles, config, seed);
+    let judged = match config.method {
+        Method::Rounds { most, growth } => {
+            rounds(name, scene, &mut contenders, &tiles, config, (level, most, growth), watch)
+        }
+        Method::Sequential { batch, most } => {
+            let limits = sequential::Limits { level, batch, most };
+            sequential::run(name, scene, &mut contenders, &tiles, config, limits, watch)
+        }
+    };
+    let (pairs, error) = match judged {
+        Ok(Some(pairs)) => (pairs, None),
+        Ok(None) => return None,
+        Err(error) => (Vec::new(), Some(error.to_string())),
+    };
+    Some(SceneReport {
+        scene: name.to_owned(),
+        size: [crop.width, crop.height],
+        integrators: contenders.into_iter().map(|c| c.report).collect(),
+        pairs,
+        error,
+        seconds: clock.elapsed().as_secs_f64(),
+    })
+}
+
+/// A pair whose verdict is being found.
+struct Trial {
+    arms: (usize, usize),
+    test: Confirmed,
+    open: bool,
+    report: Option<PairReport>,
+}
+
+fn rounds(
+    name: &str,
+    scene: &Arc<Scene>,
+    contenders: &mut [Contender<'_>],
+    tiles: &Tiles,
+    config: &Config,
+    (level, most, growth): (f64, u32, u32),
+    watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
+) -> Result<Option<Vec<PairReport>>, StatsError> {
+    let mut trials = Vec::new();
+    for i in 0..contenders.len() {
+        for j in i + 1..contenders.len() {
+            let test = Confirmed::new(level, most)?;
+            trials.push(Trial { arms: (i, j), test, open: true, report: None });
+        }
+    }
+    for round in 0..most {
+        let factor = if round == 0 { 1 } else { u64::from(growth) };
+        for (index, contender) in contenders.iter_mut().enumerate() {
+            let needed = trials.iter().any(|t| t.open && (t.arms.0 == index || t.arms.1 == index));
+            if !(needed && contender.is_well()) {
+                continue;
+            }
+            if watch(&format!("{name}: round {}, {}", round + 1, contender.arm.name)).is_break() {
+                return Ok(None);
+            }
+            contender.render(scene, tiles, round.into(), config.replicates, factor);
+        }
+        for trial in trials.iter_mut().filter(|t| t.open) {
+            let (a, b) = (&contenders[trial.arms.0], &contenders[trial.arms.1]);
+            trial.open = a.is_well() && b.is_well() && trial.judge(a, b, tiles)?;
+        }
+    }
+    // Those with an integrator that failed have no report.
+    Ok(Some(trials.into_iter().filter_map(|t| t.report).collect()))
+}
+
+impl Trial {
+    /// Judges a round; true where another one is needed.
+    fn judge(
+        &mut self,
+        a: &Contender<'_>,
+        b: &Contender<'_>,
+        tiles: &Tiles,
+    ) -> Result<bool, StatsError> {
+        let level = self.test.level();
+        let rule = Rule { alpha: level, ..Rule::default() };
+        let compare = CompareConfig { rule, ..CompareConfig::default() };
+        let last = judge(&a.arm, &b.arm, tiles, &compare)?;
+        let round = self.test.observe(last.p, a.arm.replicates.len())?;
+        let outcome = match (round, last.verdict) {
+            (Round::Reject, _) => Verdict::Differ,
+            (_, Verdict::Agree) => Verdict::Agree,
+            (_, Verdict::Differ | Verdict::Inconclusive) => Verdict::Inconclusive,
+        };
+        let maps = if outcome == Verdict::Differ {
+            tile_maps(&a.arm, &b.arm, tiles, &suspicious(&last))?
+        } else {
+            Vec::new()
+        };
+        let rounds = self.test.rounds.clone();
+        self.report = Some(PairReport { outcome, last, rounds, maps });
+        Ok(round == Round::Again)
+    }
+}
+
+/// Path lengths that look as if they differed.
+pub(super) fn suspicious(judgement: &Judgement) -> Vec<u32> {
+    let lengths = judgement.lengths.iter();
+    lengths.filter(|l| l.p < 0.01).filter_map(|l| l.length).collect()
+}
