@@ -7,6 +7,7 @@
 //! | [`bdpt`] | bidirectional path tracing | all |
 //! | [`pssmlt`] | primary-sample-space Metropolis light transport | those of pt or bdpt |
 //! | [`mlt`] | Metropolis light transport on path space | all |
+//! | [`mmlt`] | multiplexed Metropolis light transport | all |
 //!
 //! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
 
@@ -14,6 +15,7 @@ pub mod bdpt;
 pub mod chain;
 pub mod lt;
 pub mod mlt;
+pub mod mmlt;
 pub mod primary;
 pub mod pssmlt;
 pub mod pt;

@@ -5,6 +5,7 @@ use pathspace_core::integrator::Integrator;
 use crate::bdpt::{self, Bdpt};
 use crate::lt::{self, LightTracer};
 use crate::mlt::{self, Mlt};
+use crate::mmlt::{self, Mmlt};
 use crate::pssmlt;
 use crate::pt::{self, PathTracer};
 use crate::spec::{Defaults, Spec, SpecError};
@@ -51,6 +52,11 @@ impl Registry {
             .with(mlt::NAME, "Metropolis light transport on path space", |spec, defaults| {
                 Ok(Box::new(Mlt::from_spec(spec, defaults)?))
             })
+            .with(
+                mmlt::NAME,
+                "multiplexed Metropolis: a chain per path length, all techniques",
+                |spec, defaults| Ok(Box::new(Mmlt::from_spec(spec, defaults)?)),
+            )
     }
 
     /// Adds an integrator, or replaces the one of that name.

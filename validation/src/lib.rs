@@ -11,6 +11,7 @@
 //! | How are numbers read that JSON can not write? | [`json`] |
 //! | What do pages for the browser have in common? | [`page`] |
 
+pub mod chains;
 pub mod exact;
 pub mod json;
 pub mod page;

@@ -9,6 +9,7 @@
 //! | both subpaths of a sample, and the techniques that need one of them | `walks` |
 //! | the techniques | `connect` |
 //! | connections to a cache of light vertices | `cache` |
+//! | one technique alone | `single` |
 //! | weights of a given path, for tests | `replay` |
 //! | debug builds check weights against the oracle | `verify` |
 //! | weights, O(1) per connection | `weight` |
@@ -17,6 +18,7 @@
 mod cache;
 mod connect;
 mod replay;
+mod single;
 mod subpath;
 mod techniques;
 mod verify;
@@ -111,6 +113,21 @@ impl Bdpt {
             max_length,
             spec: NAME.to_owned(),
         }
+    }
+
+    /// For chains whose path length is given: every option but `connect` and `roulette`, which is off.
+    pub(crate) fn for_chains(
+        options: &mut Options<'_>,
+        defaults: &Defaults,
+    ) -> Result<Self, SpecError> {
+        Ok(Bdpt {
+            techniques: options.techniques()?,
+            heuristic: options.heuristic(Heuristic::Power { beta: 2.0 })?,
+            connect: Connect::Full,
+            roulette: false,
+            max_length: options.max_length(defaults)?,
+            spec: NAME.to_owned(),
+        })
     }
 
     /// The rules of its walks, for the oracle: roulette plays from the first surface vertex or never.

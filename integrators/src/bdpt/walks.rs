@@ -51,9 +51,20 @@ impl Walks {
         Walks {
             max,
             pinhole,
-            light: config(TransportMode::Importance, max.min(bdpt.techniques.max_s())),
+            // A lens is met by the edge after vertex max − 1: a walk that ends there would not trace it.
+            light: config(
+                TransportMode::Importance,
+                (max + usize::from(!pinhole)).min(bdpt.techniques.max_s()),
+            ),
             sensor: config(TransportMode::Radiance, (max + 1).min(bdpt.techniques.max_t())),
         }
+    }
+
+    /// Ends the walks at exactly s and t vertices.
+    pub(super) fn restrict(&mut self, s: usize, t: usize) {
+        self.max = s + t - 1;
+        self.light.max_vertices = s;
+        self.sensor.max_vertices = t;
     }
 
     /// The maker of contributions for a camera sample at `film`.
@@ -113,6 +124,9 @@ impl Walks {
                 throughput: emission.throughput(),
                 next: emission.next,
             };
+            if walk.max_vertices == 1 && self.pinhole {
+                return LightSubpath { vertices, emitter };
+            }
             walk.walk(scene, &mut vertices, first, u, |light, edge, length| {
                 if self.pinhole || light.len() > self.max {
                     return;
@@ -152,6 +166,28 @@ impl Walks {
         for n in 2..=sensor.vertices.len() {
             connector.hit_emitter(&sensor.vertices[..n]);
         }
+        self.hit_background(connector, sensor);
+    }
+
+    /// Technique s = 0 for the whole walk of `t` vertices alone.
+    pub(super) fn hit_with_all<S: Sink>(
+        &self,
+        connector: &mut Connector<'_, S>,
+        sensor: &mut SensorSubpath,
+        t: usize,
+    ) {
+        if sensor.vertices.len() == t {
+            connector.hit_emitter(&sensor.vertices);
+        } else if sensor.vertices.len() + 1 == t {
+            self.hit_background(connector, sensor);
+        }
+    }
+
+    fn hit_background<S: Sink>(
+        &self,
+        connector: &mut Connector<'_, S>,
+        sensor: &mut SensorSubpath,
+    ) {
         if let Some(edge) = &sensor.escaped
             && sensor.vertices.len() < self.sensor.max_vertices
             && let Some(emitter) = connector.scene.emitters().background()
@@ -165,7 +201,7 @@ impl Walks {
     }
 
     /// Numbers for a point of the lens, none for a pinhole.
-    fn lens<U: PrimarySample>(&self, u: &mut U) -> [f32; 2] {
+    pub(super) fn lens<U: PrimarySample>(&self, u: &mut U) -> [f32; 2] {
         if self.pinhole { [0.0; 2] } else { u.next2() }
     }
 }

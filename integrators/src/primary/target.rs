@@ -37,7 +37,10 @@ pub struct PrimaryOptions {
     pub large: f64,
     /// Small steps.
     pub kernel: Kernel,
-    /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen et al. 2002, §5).
+    /// Large steps draw the part anew; else a chain stays in the part that it starts in.
+    pub redraw: bool,
+    /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen et al. 2002, §5). With several parts it needs
+    /// `redraw`, because the number of chains in a part is random.
     pub mis: bool,
     /// Film positions of large steps are stratified across chains.
     pub stratify: bool,
@@ -49,7 +52,7 @@ pub struct PrimaryOptions {
 
 impl PrimaryOptions {
     /// From options: `large`, `kernel` (`s1`, `s2`, `sigma`), `stratify`, `target` = luminance | two-stage, and those of
-    /// [`ChainOptions::from_options`]. `mis` is left to the integrator.
+    /// [`ChainOptions::from_options`]. `mis` and `redraw` are left to the integrator.
     ///
     /// # Errors
     /// [`SpecError::BadValue`].
@@ -57,6 +60,7 @@ impl PrimaryOptions {
         Ok(PrimaryOptions {
             large: options.number("large", 0.3, 0.0..=1.0)?,
             kernel: Kernel::from_options(options)?,
+            redraw: true,
             mis: false,
             stratify: options.boolean("stratify", false)?,
             two_stage: options.choice("target", &[("luminance", false), ("two-stage", true)])?,
@@ -142,6 +146,11 @@ impl<I: Integrand> PrimaryTarget<I> {
         if self.mixes() { w / (w + self.options.large * self.pilot_b) } else { 1.0 }
     }
 
+    /// f*/p of a point among all that a large step can reach.
+    fn w(&self, x: &PrimaryPoint) -> f64 {
+        if self.options.redraw { x.f / self.integrand.probability(x.part) } else { x.f }
+    }
+
     fn mixes(&self) -> bool {
         self.options.mis && self.options.large > 0.0 && self.pilot_b > 0.0
     }
@@ -155,7 +164,7 @@ impl<I: Integrand> PrimaryTarget<I> {
     ) -> Proposal<PrimaryState> {
         let stratified = x.place.next(u);
         let (part, probability) =
-            if self.options.mis { self.integrand.part(u) } else { (x.point.part, 1.0) };
+            if self.options.redraw { self.integrand.part(u) } else { (x.point.part, 1.0) };
         y.part = part;
         let mut moving = Moving::large(&mut x.point.vector, &mut y.vector, u);
         if let Some(film) = stratified {
@@ -163,18 +172,13 @@ impl<I: Integrand> PrimaryTarget<I> {
             moving.set(Stream::Sensor, 1, film[1]);
         }
         let fault = self.evaluate(scene, part, &mut moving, (&mut y.contributions, &mut y.f));
-        let whole = self.options.mis || self.integrand.probability(x.point.part) == 1.0;
-        let (w_x, w_y) = if self.options.mis {
-            (x.point.f / self.integrand.probability(x.point.part), y.f / probability)
-        } else {
-            (x.point.f, y.f)
-        };
+        let (w_x, w_y) = (self.w(&x.point), y.f / probability);
         let share_x = self.share(w_x);
         if fault.is_some() || y.f == 0.0 {
             x.spare = Some(y);
             return Proposal {
                 weight_current: share_x,
-                independent: (whole && fault.is_none()).then_some(0.0),
+                independent: (self.options.redraw && fault.is_none()).then_some(0.0),
                 nonfinite: fault,
                 ..Proposal::rejected(0)
             };
@@ -186,7 +190,7 @@ impl<I: Integrand> PrimaryTarget<I> {
             weight_current: proposal.weight_current * share_x,
             weight_proposed: proposal.weight_proposed * share_y,
             weight_independent: if self.mixes() { self.pilot_b * share_y } else { 0.0 },
-            independent: whole.then_some(w_y),
+            independent: self.options.redraw.then_some(w_y),
             ..proposal
         }
     }
@@ -201,13 +205,12 @@ impl<I: Integrand> PrimaryTarget<I> {
         y.part = x.point.part;
         let mut moving = Moving::small(&mut x.point.vector, &mut y.vector, self.options.kernel, u);
         let fault = self.evaluate(scene, y.part, &mut moving, (&mut y.contributions, &mut y.f));
-        let probability = if self.options.mis { self.integrand.probability(y.part) } else { 1.0 };
-        let share_x = self.share(x.point.f / probability);
+        let share_x = self.share(self.w(&x.point));
         if fault.is_some() || y.f == 0.0 {
             x.spare = Some(y);
             return Proposal { weight_current: share_x, nonfinite: fault, ..Proposal::rejected(1) };
         }
-        let share_y = self.share(y.f / probability);
+        let share_y = self.share(self.w(&y));
         let acceptance = y.f / x.point.f;
         let state = PrimaryState { point: y, place: x.place, spare: None };
         let proposal = Proposal::new(state, acceptance, 1);

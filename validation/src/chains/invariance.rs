@@ -1,0 +1,49 @@
+//! One step leaves the target as it is.
+
+use pathspace_core::Scene;
+use pathspace_integrators::chain::{Chain, ChainTarget};
+
+use super::{ChainCheck, FEATURES, Features, starts, step};
+
+/// Z = W(x) [h(X₁) − h(x)] over `count` bootstrap samples x and one mutation of each, for every feature h; each kind of mutation by itself.
+/// E Z = 0 exactly where kinds are chosen without regard to the state.
+pub fn invariance<T: ChainTarget>(
+    name: &str,
+    target: &T,
+    scene: &Scene,
+    own: &(impl Fn(&T::State) -> [f64; 2] + Sync),
+    seed: u64,
+    count: u64,
+) -> Vec<ChainCheck> {
+    let kinds = target.kinds();
+    let moves = starts(target, scene, seed, count, |x, w, u| {
+        let before = Features::of(target, scene, &x, own).list();
+        let mut chain = Chain::new(x, kinds.len());
+        let (kind, moved) = step(target, scene, &mut chain, u);
+        let change = if moved {
+            let after = Features::of(target, scene, &chain.state, own).list();
+            std::array::from_fn(|i| w * (after[i] - before[i]))
+        } else {
+            [0.0; FEATURES.len()]
+        };
+        (kind, change)
+    });
+    let mut checks = Vec::new();
+    for (kind, kind_name) in kinds.iter().enumerate() {
+        for (i, feature) in FEATURES.iter().enumerate() {
+            let (mut n, mut sum, mut sum2) = (0.0, 0.0, 0.0);
+            for (_, change) in moves.iter().filter(|(k, _)| *k == kind) {
+                n += 1.0;
+                sum += change[i];
+                sum2 += change[i] * change[i];
+            }
+            // A feature that this mutation never changes says nothing.
+            if sum2 > 0.0 {
+                let z = sum / (sum2 - sum * sum / n).max(0.0).sqrt();
+                let mutator = format!("{name}, {kind_name}");
+                checks.push(ChainCheck::normal(mutator, format!("invariance of {feature}"), z));
+            }
+        }
+    }
+    checks
+}

@@ -1,0 +1,61 @@
+//! Reversible mutations go from A to B as often as from B to A.
+
+use std::collections::BTreeMap;
+
+use pathspace_core::Scene;
+use pathspace_integrators::chain::{Chain, ChainTarget};
+
+use super::{ChainCheck, Features, starts, step};
+
+/// Bowker's (1948) test of symmetry, weighted: χ² = Σ_{A<B} (Σ±W)²/ΣW² over pairs of cells, + for moves from A to B, − for moves from B to A. Cells repeat
+/// over the film with period three, so that a drift in one direction is seen, which smaller periods would hide; and once more
+/// by path length and technique.
+pub fn symmetry<T: ChainTarget>(
+    name: &str,
+    target: &T,
+    scene: &Scene,
+    seed: u64,
+    count: u64,
+) -> Vec<ChainCheck> {
+    let kinds = target.kinds();
+    let own = |_: &T::State| [0.0; 2];
+    let moves = starts(target, scene, seed, count, |x, w, u| {
+        let before = cells(&Features::of(target, scene, &x, &own));
+        let mut chain = Chain::new(x, kinds.len());
+        let (kind, moved) = step(target, scene, &mut chain, u);
+        moved.then(|| (kind, w, before, cells(&Features::of(target, scene, &chain.state, &own))))
+    });
+    let mut checks = Vec::new();
+    for (kind, kind_name) in kinds.iter().enumerate() {
+        for (i, what) in ["film", "technique"].into_iter().enumerate() {
+            let mut pairs: BTreeMap<[i64; 2], [f64; 3]> = BTreeMap::new();
+            for (_, w, a, b) in moves.iter().flatten().filter(|m| m.0 == kind) {
+                let (a, b) = (a[i], b[i]);
+                if a != b {
+                    let pair = pairs.entry([a.min(b), a.max(b)]).or_default();
+                    pair[0] += if a < b { *w } else { -w };
+                    pair[1] += w * w;
+                    pair[2] += 1.0;
+                }
+            }
+            // Too few moves are no normal sum.
+            let used: Vec<_> = pairs.values().filter(|p| p[2] >= 20.0).collect();
+            if !used.is_empty() {
+                let chi2 = used.iter().map(|p| p[0] * p[0] / p[1]).sum();
+                checks.push(ChainCheck::chi_squared(
+                    format!("{name}, {kind_name}"),
+                    format!("symmetry over {what}"),
+                    chi2,
+                    used.len() as f64,
+                ));
+            }
+        }
+    }
+    checks
+}
+
+fn cells(f: &Features) -> [i64; 2] {
+    let third = |v: f64| ((v * 48.0).floor() as i64).rem_euclid(3);
+    let class = |v: f64| (v.round() as i64).clamp(0, 7);
+    [3 * third(f.film[0]) + third(f.film[1]), 8 * class(f.length) + class(f.s)]
+}
