@@ -2,6 +2,7 @@
 
 mod answers;
 mod balance;
+mod densities;
 mod invariance;
 mod states;
 
@@ -27,7 +28,8 @@ fn only(scene: &Scene, name: &str, max_depth: u32) -> PathChain {
         .iter()
         .map(|m| format!("{m}={}", u8::from(*m == name)))
         .collect();
-    chain(scene, &format!("{},max_depth={max_depth}", shares.join(",")))
+    // Large steps: where densities are wrong, they are more so the further a step goes.
+    chain(scene, &format!("{},area=1,max_depth={max_depth}", shares.join(",")))
 }
 
 /// The starts of a chain with their weights.
