@@ -8,11 +8,13 @@
 //! | [`pssmlt`] | primary-sample-space Metropolis light transport | those of pt or bdpt |
 //! | [`mlt`] | Metropolis light transport on path space | all |
 //! | [`mmlt`] | multiplexed Metropolis light transport | all |
+//! | [`erpt`] | energy redistribution path tracing | those of pt or bdpt |
 //!
 //! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
 
 pub mod bdpt;
 pub mod chain;
+pub mod erpt;
 pub mod lt;
 pub mod mlt;
 pub mod mmlt;

@@ -41,6 +41,12 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
+    /// With next-event estimation and default options, to start chains of paths.
+    pub(crate) fn for_starts(rules: WalkRules) -> Self {
+        let heuristic = Heuristic::Power { beta: 2.0 };
+        PathTracer { nee: true, heuristic, rules, spec: NAME.to_owned() }
+    }
+
     /// From options: `nee`, `heuristic` (`beta`, `alpha`), `max_depth`, `rr_depth`.
     ///
     /// # Errors

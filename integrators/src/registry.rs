@@ -3,6 +3,7 @@
 use pathspace_core::integrator::Integrator;
 
 use crate::bdpt::{self, Bdpt};
+use crate::erpt::{self, Erpt};
 use crate::lt::{self, LightTracer};
 use crate::mlt::{self, Mlt};
 use crate::mmlt::{self, Mmlt};
@@ -57,6 +58,9 @@ impl Registry {
                 "multiplexed Metropolis: a chain per path length, all techniques",
                 |spec, defaults| Ok(Box::new(Mmlt::from_spec(spec, defaults)?)),
             )
+            .with(erpt::NAME, "energy redistribution path tracing", |spec, defaults| {
+                Ok(Box::new(Erpt::from_spec(spec, defaults)?))
+            })
     }
 
     /// Adds an integrator, or replaces the one of that name.

@@ -26,8 +26,9 @@ fn integrators() -> Vec<Box<dyn Integrator>> {
         "pt:nee=false",
         "lt",
         "bdpt:max_depth=4",
-        "mlt:max_depth=5,chains=40,bootstrap=3000",
         "mmlt:bootstrap=3000,chains=200,max_depth=5",
+        "mlt:max_depth=5,chains=40,bootstrap=3000,target=two-stage",
+        "erpt:seeds=bdpt,mutations=20",
         "pssmlt:bootstrap=3000,chains=77,stratify=true",
         "pssmlt:over=pt,bootstrap=3000,kernel=gaussian,mis=false,refine=true,target=two-stage",
     ]

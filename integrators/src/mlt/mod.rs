@@ -32,6 +32,8 @@ pub use self::bidirectional::Bidirectional;
 pub use self::mutator::{Candidate, Kept, Mutator};
 pub use self::path::{DeltaEvent, MltPath};
 pub use self::perturb::{Caustic, Lens, LogUniform, MultiChain, Sizes};
+pub use self::start::Seeds;
+pub(crate) use self::start::not_finite;
 pub use self::target::{PathChain, Weighted};
 use crate::bdpt::Bdpt;
 use crate::chain::{ChainOptions, ChainRun};
@@ -49,7 +51,9 @@ pub struct Mlt {
     pub sizes: Sizes,
     /// Chains and bootstrap.
     pub chains: ChainOptions,
-    bdpt: Bdpt,
+    /// Luminance over a coarse pilot image of it as the target, so that dark regions get their share of the mutations.
+    pub two_stage: bool,
+    seeds: Seeds,
     spec: String,
 }
 
@@ -121,7 +125,7 @@ impl Sizes {
 
 impl Mlt {
     /// From options: `bidir`, `lens`, `caustic`, `multi` (shares of the mutations), `step` and `area` (sizes of perturbations),
-    /// `chains`, `bootstrap`, `max_depth`.
+    /// `target` = luminance | two-stage, `chains`, `bootstrap`, `max_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -132,17 +136,25 @@ impl Mlt {
             shares,
             sizes: Sizes::from_options(&mut options)?,
             chains: ChainOptions::from_options(&mut options)?,
-            bdpt: Bdpt::for_starts(options.max_length(defaults)?),
+            two_stage: options.choice("target", &[("luminance", false), ("two-stage", true)])?,
+            seeds: Seeds::Bdpt(Bdpt::for_starts(options.max_length(defaults)?)),
             spec: spec.to_string(),
         };
+        if mlt.chains.refine {
+            return Err(options.bad(
+                "refine",
+                "true",
+                "false: no mutation is independent of its path",
+            ));
+        }
         options.finish()?;
         Ok(mlt)
     }
 
     /// The chain on a scene.
     pub fn target(&self, scene: &Scene) -> PathChain {
-        let max_length = self.bdpt.max_length;
-        PathChain::new(self.bdpt.clone(), self.shares.mutators(scene, &self.sizes, max_length))
+        let mutators = self.shares.mutators(scene, &self.sizes, self.seeds.max_length());
+        PathChain::new(scene, self.seeds.clone(), self.two_stage, mutators)
     }
 }
 
@@ -156,7 +168,7 @@ impl Integrator for Mlt {
     }
 
     fn families(&self, scene: &Scene) -> Families {
-        self.bdpt.families(scene)
+        self.seeds.families(scene)
     }
 
     fn resume(

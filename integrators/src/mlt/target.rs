@@ -1,14 +1,17 @@
 //! The chain on path space: which mutation, and its acceptance.
 
 use pathspace_core::Scene;
-use pathspace_core::film::Sink;
+use pathspace_core::film::{Families, Sink};
 use pathspace_core::random::{PrimarySample, RandomStream};
 
 use super::mutator::Mutator;
 use super::path::MltPath;
+use super::start::Seeds;
 use super::{codec, start};
-use crate::bdpt::Bdpt;
-use crate::chain::{ChainTarget, Proposal, Reader, Writer};
+use crate::chain::{ChainTarget, ImageWeight, Proposal, Reader, Writer};
+
+/// Samples of the pilot image of a two-stage target.
+const PILOT: u64 = 20_000;
 
 /// A mutation and how often it is tried, relative to the others.
 pub struct Weighted {
@@ -20,14 +23,29 @@ pub struct Weighted {
 
 /// Path-space Metropolis as a chain: starts by bidirectional path tracing, moves by a mixture of mutations.
 pub struct PathChain {
-    bdpt: Bdpt,
+    seeds: Seeds,
+    families: Families,
+    image: ImageWeight,
+    two_stage: bool,
     mutators: Vec<Weighted>,
 }
 
 impl PathChain {
-    /// A chain whose starts `bdpt` makes. The mutations of positive share are used.
-    pub fn new(bdpt: Bdpt, mutators: Vec<Weighted>) -> Self {
-        PathChain { bdpt, mutators: mutators.into_iter().filter(|m| m.share > 0.0).collect() }
+    /// A chain on the paths that `seeds` can make, by the mutations of positive share. `two_stage`: the target is luminance over
+    /// that of a coarse pilot image instead of luminance.
+    pub fn new(scene: &Scene, seeds: Seeds, two_stage: bool, mutators: Vec<Weighted>) -> Self {
+        PathChain {
+            families: seeds.families(scene),
+            image: ImageWeight::uniform(scene),
+            two_stage,
+            mutators: mutators.into_iter().filter(|m| m.share > 0.0).collect(),
+            seeds,
+        }
+    }
+
+    /// The target density at a state, up to its norm.
+    fn target(&self, x: &MltPath) -> f64 {
+        x.target() * self.image.at(x.film())
     }
 
     /// The mutations.
@@ -62,8 +80,17 @@ impl ChainTarget for PathChain {
         self.mutators().map(|m| m.name().to_owned()).collect()
     }
 
+    fn prepare(&mut self, scene: &Scene, seed: u64) {
+        if self.two_stage {
+            self.image = match &self.seeds {
+                Seeds::Bdpt(bdpt) => ImageWeight::pilot(scene, bdpt, seed, PILOT),
+                Seeds::Pt(pt) => ImageWeight::pilot(scene, pt, seed, PILOT),
+            };
+        }
+    }
+
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(MltPath, f64)> {
-        start::start(scene, &self.bdpt, u)
+        start::start(scene, &self.seeds, &self.image, u)
     }
 
     /// a = min(1, f*(ȳ) P(ȳ) T(ȳ→x̄) / (f*(x̄) P(x̄) T(x̄→ȳ))) with P(x̄) the probability of the mutation among those that
@@ -76,13 +103,16 @@ impl ChainTarget for PathChain {
         let mutator = &*self.mutators[index].mutator;
         let Some(candidate) = mutator.propose(scene, x, u) else { return Proposal::rejected(kind) };
         let y = &candidate.path;
+        if !y.families().intersects(self.families) {
+            return Proposal::rejected(kind);
+        }
         if !y.target().is_finite() {
             let nonfinite = Some(start::not_finite(y));
             return Proposal { nonfinite, ..Proposal::rejected(kind) };
         }
         match mutator.ln_transition_ratio(scene, x, &candidate) {
             Some(ln_ratio) if !ln_ratio.is_nan() => {
-                let f = y.target() / x.target();
+                let f = self.target(y) / self.target(x);
                 let a = f * ln_ratio.exp() * (total / self.total(y));
                 Proposal::new(candidate.path, if a.is_nan() { 0.0 } else { a }, kind)
             }
@@ -91,7 +121,7 @@ impl ChainTarget for PathChain {
     }
 
     fn splat<S: Sink>(&self, _: &Scene, x: &MltPath, weight: f64, sink: &mut S) {
-        let scale = weight / x.target();
+        let scale = weight / self.target(x);
         sink.add(start::contribution(x, x.value().map(|v| v * scale)));
     }
 

@@ -16,8 +16,8 @@ const SCENES: [&str; 7] = [
     "emitter behind a slab",
 ];
 
-#[test]
-fn path_space_metropolis_gives_the_exact_answers() {
+/// Measures the scenes with one integrator: half of its work is the bootstrap, b̂ carries the error of the whole image.
+fn suite(spec: &str, replicates: usize, most: u64, mdb: f64) {
     let mut cells = Vec::new();
     for (index, mut scene) in exact::all().into_iter().enumerate() {
         if !SCENES.contains(&scene.name) {
@@ -26,9 +26,28 @@ fn path_space_metropolis_gives_the_exact_answers() {
         // Rare lengths of one chain need more mutations than a test has.
         scene.expected.retain(|e| e.length.is_none_or(|k| k <= 3));
         let seed = derive_seed(8, index as u64);
-        // Half of it is the bootstrap: b̂ carries the error of the whole image.
-        let plan = Plan { replicates: 32, pilot: 6, most: 24, mdb: 0.1, seed, ..Plan::default() };
-        measure_as(&scene, "mlt:chains=1024,bootstrap=10000", &plan, &mut cells);
+        let plan = Plan { replicates, pilot: 6, most, mdb, seed, ..Plan::default() };
+        measure_as(&scene, spec, &plan, &mut cells);
     }
-    judge(&cells, 0.1);
+    judge(&cells, mdb);
+}
+
+#[test]
+fn path_space_metropolis_gives_the_exact_answers() {
+    suite("mlt:chains=1024,bootstrap=10000", 32, 24, 0.1);
+}
+
+#[test]
+fn two_stage_targets_give_the_exact_answers() {
+    suite("mlt:chains=1024,bootstrap=10000,target=two-stage", 24, 8, 0.15);
+}
+
+#[test]
+fn energy_redistribution_gives_the_exact_answers() {
+    suite("erpt:mutations=10", 24, 24, 0.1);
+}
+
+#[test]
+fn energy_redistribution_of_bidirectional_seeds_gives_the_exact_answers() {
+    suite("erpt:seeds=bdpt,mutations=20,chains=3", 24, 24, 0.1);
 }
