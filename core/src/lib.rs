@@ -22,4 +22,6 @@ pub mod scene;
 pub mod sensor;
 
 pub use color::Rgb;
+/// Vectors of the public items, re-exported so that a plug-in need not name their version.
+pub use glam;
 pub use scene::{Scene, SceneError};

@@ -23,9 +23,42 @@ pub enum Heuristic {
     Maximum,
     /// Every technique that can make the path takes the same share.
     Uniform,
+    /// A heuristic of one's own.
+    Custom(CustomHeuristic),
+}
+
+/// A heuristic that is none of the published ones: w_i = g(p_i/p_max) / Σ g(p_j/p_max).
+///
+/// Whatever g is, Σ w = 1 over the techniques that can make the path, so that an integrator stays unbiased.
+///
+/// ```
+/// use pathspace_core::mis::Heuristic;
+///
+/// // Between balance and power, and no technique below a thousandth of the best.
+/// let heuristic = Heuristic::custom("soft", |r| if r < 1e-3 { 0.0 } else { r * r.sqrt() });
+/// let w = heuristic.weight(0, &[4.0, 1.0]);
+/// assert!((w - 8.0 / 9.0).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CustomHeuristic {
+    name: &'static str,
+    share: fn(f64) -> f64,
+}
+
+/// By name: what functions compute can not be compared.
+impl PartialEq for CustomHeuristic {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
 }
 
 impl Heuristic {
+    /// A heuristic of one's own: `share` is g(r) of the ratio r = p/p_max in (0, 1] (a technique that can not make the path takes no part). It must be finite,
+    /// not negative, and positive at 1. `name` is what it is printed as.
+    pub const fn custom(name: &'static str, share: fn(f64) -> f64) -> Self {
+        Heuristic::Custom(CustomHeuristic { name, share })
+    }
+
     /// Unnormalised share of a technique whose density is `p`, where the largest one is `max`.
     #[inline]
     fn share(self, p: f64, max: f64) -> f64 {
@@ -50,6 +83,13 @@ impl Heuristic {
             }
             Heuristic::Maximum => f64::from(r >= 1.0),
             Heuristic::Uniform => f64::from(r > 0.0),
+            Heuristic::Custom(custom) => {
+                if r > 0.0 {
+                    (custom.share)(r)
+                } else {
+                    0.0
+                }
+            }
         }
     }
 
@@ -91,6 +131,7 @@ impl std::fmt::Display for Heuristic {
             Heuristic::Cutoff { alpha } => write!(f, "cutoff,alpha={alpha}"),
             Heuristic::Maximum => write!(f, "maximum"),
             Heuristic::Uniform => write!(f, "uniform"),
+            Heuristic::Custom(custom) => write!(f, "{}", custom.name),
         }
     }
 }
@@ -99,13 +140,14 @@ impl std::fmt::Display for Heuristic {
 mod tests {
     use super::*;
 
-    const ALL: [Heuristic; 6] = [
+    const ALL: [Heuristic; 7] = [
         Heuristic::Balance,
         Heuristic::Power { beta: 2.0 },
         Heuristic::Power { beta: 3.5 },
         Heuristic::Cutoff { alpha: 0.1 },
         Heuristic::Maximum,
         Heuristic::Uniform,
+        Heuristic::custom("root", f64::sqrt),
     ];
 
     #[test]
@@ -133,6 +175,17 @@ mod tests {
             assert_eq!(h.weight(0, &[1.0, f64::INFINITY]), 0.0, "{h}");
             assert_eq!(h.weight2(f64::INFINITY, 3.0), 1.0, "{h}");
         }
+    }
+
+    #[test]
+    fn a_custom_power_is_the_power_heuristic() {
+        let custom = Heuristic::custom("cube", |r| r * r * r);
+        let p = [0.3, 0.0, 7.0, 2.0];
+        for i in 0..p.len() {
+            let power = Heuristic::Power { beta: 3.0 }.weight(i, &p);
+            assert!((custom.weight(i, &p) - power).abs() < 1e-15);
+        }
+        assert_eq!(custom.to_string(), "cube");
     }
 
     #[test]

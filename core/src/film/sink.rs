@@ -29,8 +29,10 @@ impl Families {
     pub const T1: Families = Families(8);
     /// t = 0: the light subpath hits the lens.
     pub const T0: Families = Families(16);
+    /// A light and a sensor subpath that end near each other are merged (photon mapping; Georgiev et al. 2012).
+    pub const MERGE: Families = Families(32);
     /// Every technique.
-    pub const ALL: Families = Families(31);
+    pub const ALL: Families = Families(63);
 
     /// True where the sets share a family.
     #[inline]
@@ -45,7 +47,7 @@ impl Families {
 
     /// Families from [`Families::bits`]; unknown bits are dropped.
     pub fn from_bits(bits: u8) -> Self {
-        Families(bits & 31)
+        Families(bits & Families::ALL.0)
     }
 
     /// The union, for constants.
@@ -70,8 +72,9 @@ impl BitOr for Families {
 
 impl fmt::Debug for Families {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = ["s0", "s1", "inner", "t1", "t0"];
-        let on: Vec<_> = (0..5).filter(|i| self.0 >> i & 1 == 1).map(|i| names[i]).collect();
+        let names = ["s0", "s1", "inner", "t1", "t0", "merge"];
+        let on: Vec<_> =
+            (0..names.len()).filter(|i| self.0 >> i & 1 == 1).map(|i| names[i]).collect();
         write!(f, "{{{}}}", on.join(","))
     }
 }

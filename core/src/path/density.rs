@@ -87,7 +87,14 @@ pub fn samplable(scene: &Scene, path: &Path, technique: Technique, rules: &WalkR
 /// Every family of techniques that can make the path.
 pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
     let k = path.length();
-    (0..=k + 1).map(|s| Technique::new(s, k + 1 - s)).fold(Families::NONE, |all, technique| {
+    let v = &path.vertices;
+    // Subpaths merge at any vertex that spreads light.
+    let spreads = |i: usize| match &v[i] {
+        Vertex::Surface(point) => !scene.is_delta_at(point, v[i].edge_to(&v[i + 1]).direction()),
+        _ => false,
+    };
+    let merge = Families::MERGE.when(rules.allows(k) && (1..k).any(spreads));
+    (0..=k + 1).map(|s| Technique::new(s, k + 1 - s)).fold(merge, |all, technique| {
         all | technique.family().when(samplable(scene, path, technique, rules))
     })
 }

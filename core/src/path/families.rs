@@ -11,6 +11,7 @@ pub struct WalkClass {
     first_spreads: bool,
     last_spreads: bool,
     adjacent_spread: bool,
+    any_spreads: bool,
 }
 
 impl WalkClass {
@@ -22,6 +23,7 @@ impl WalkClass {
         } else {
             self.adjacent_spread |= self.last_spreads && spreads;
         }
+        self.any_spreads |= spreads;
         self.last_spreads = spreads;
         self.vertices += 1;
     }
@@ -46,6 +48,7 @@ impl WalkClass {
             | Families::INNER.when(self.adjacent_spread)
             | Families::T1.when(at_sensor)
             | Families::T0.when(!pinhole)
+            | Families::MERGE.when(self.any_spreads)
     }
 
     /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
@@ -72,6 +75,7 @@ impl WalkClass {
             adjacent_spread: light.adjacent_spread
                 || sensor.adjacent_spread
                 || both && light.last_spreads && sensor.last_spreads,
+            any_spreads: light.any_spreads || sensor.any_spreads,
         };
         whole.families(TransportMode::Importance, delta_emitter, pinhole)
     }

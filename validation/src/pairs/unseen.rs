@@ -10,6 +10,7 @@ pub(super) fn reason(families: Families) -> String {
         (Families::INNER, "without two neighbouring vertices that are not specular"),
         (Families::T1, "whose vertex at the sensor is specular"),
         (Families::T0, "whose sensor can not be hit"),
+        (Families::MERGE, "all of whose vertices are specular"),
     ]
     .iter()
     .filter_map(|(family, words)| families.intersects(*family).then_some(*words))
