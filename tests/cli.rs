@@ -4,6 +4,8 @@
 mod bad_use;
 #[path = "cli/compare.rs"]
 mod compare;
+#[path = "cli/new_plugin.rs"]
+mod new_plugin;
 #[path = "cli/render.rs"]
 mod render;
 #[path = "cli/scenes.rs"]

@@ -28,6 +28,8 @@ pub(super) enum Command {
     Validate(ValidateArgs),
     /// List the scenes of the library, or write one to a directory.
     Scenes(ScenesArgs),
+    /// Write a crate that adds an integrator of your own to this command.
+    NewPlugin(NewPluginArgs),
 }
 
 #[derive(Clone, Debug, Args)]
@@ -176,6 +178,17 @@ pub(super) struct ValidateArgs {
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct NewPluginArgs {
+    /// Name of the integrator and of its crate.
+    pub(super) name: String,
+    /// Directory of the crate, new or empty.
+    pub(super) dir: PathBuf,
+    /// Source tree of pathspace to build upon; the one this program was built from, or its version, unless given.
+    #[arg(long, value_name = "DIR")]
+    pub(super) pathspace: Option<PathBuf>,
 }
 
 #[derive(Clone, Debug, Args)]
