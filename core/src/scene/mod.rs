@@ -2,6 +2,7 @@
 
 mod build;
 mod check;
+mod curvature;
 mod shape;
 mod surface;
 

@@ -9,6 +9,7 @@
 //! | what a mutation is: [`Mutator`] | `mutator` |
 //! | replacing a part of the path from both ends | `bidirectional` |
 //! | small moves: lens, caustic and multi-chain perturbation | `perturb` |
+//! | delta vertices found again between two that spread | `manifold` |
 //! | starts by bidirectional path tracing | `start` |
 //! | choice of mutations and acceptance | `target` |
 //! | bytes of checkpoints | `codec` |
@@ -16,6 +17,7 @@
 mod bidirectional;
 mod codec;
 mod emission;
+mod manifold;
 mod mutator;
 mod path;
 mod perturb;
@@ -29,6 +31,7 @@ use pathspace_core::film::Families;
 use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
 
 pub use self::bidirectional::Bidirectional;
+pub use self::manifold::Manifold;
 pub use self::mutator::{Candidate, Kept, Mutator};
 pub use self::path::{DeltaEvent, MltPath};
 pub use self::perturb::{Caustic, Lens, LogUniform, MultiChain, Sizes};
@@ -68,11 +71,13 @@ pub struct Shares {
     pub caustic: f64,
     /// Multi-chain perturbation.
     pub multi: f64,
+    /// Manifold perturbation.
+    pub manifold: f64,
 }
 
 impl Default for Shares {
     fn default() -> Self {
-        Shares { bidir: 1.0, lens: 1.0, caustic: 1.0, multi: 1.0 }
+        Shares { bidir: 1.0, lens: 1.0, caustic: 1.0, multi: 1.0, manifold: 1.0 }
     }
 }
 
@@ -89,9 +94,10 @@ impl Shares {
             lens: options.number("lens", default.lens, range())?,
             caustic: options.number("caustic", default.caustic, range())?,
             multi: options.number("multi", default.multi, range())?,
+            manifold: options.number("manifold", default.manifold, range())?,
         };
-        let Shares { bidir, lens, caustic, multi } = shares;
-        if bidir + lens + caustic + multi == 0.0 {
+        let Shares { bidir, lens, caustic, multi, manifold } = shares;
+        if bidir + lens + caustic + multi + manifold == 0.0 {
             return Err(options.bad("bidir", "0", "a positive share of some mutation"));
         }
         Ok(shares)
@@ -105,6 +111,7 @@ impl Shares {
             weighted(Box::new(Lens::new(scene, sizes)), self.lens),
             weighted(Box::new(Caustic::new(scene, sizes)), self.caustic),
             weighted(Box::new(MultiChain::new(scene, sizes)), self.multi),
+            weighted(Box::new(Manifold::new(scene, sizes)), self.manifold),
         ]
     }
 }

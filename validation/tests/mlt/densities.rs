@@ -155,6 +155,16 @@ fn caustic_perturbation_has_its_density() {
 }
 
 #[test]
+fn manifold_perturbation_has_its_density() {
+    compare("manifold", 4, |x| {
+        // L S⁺ D E.
+        let k = x.length();
+        let pinned = k >= 3 && !x.is_delta(k - 1) && (1..k - 1).all(|i| x.is_delta(i));
+        pinned.then_some(Kept { light: 1, sensor: 1 })
+    });
+}
+
+#[test]
 fn bidirectional_mutation_has_its_density() {
     let kept = std::sync::atomic::AtomicUsize::new(0);
     compare("bidir", 3, |_| {

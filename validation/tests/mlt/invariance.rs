@@ -150,3 +150,8 @@ fn caustic_perturbation_leaves_the_target_invariant() {
 fn multi_chain_perturbation_leaves_the_target_invariant() {
     invariant("multi", &Plan { samples: 200_000, tries: 8, fewest: 100_000 });
 }
+
+#[test]
+fn manifold_perturbation_leaves_the_target_invariant() {
+    invariant("manifold", &Plan { samples: 100_000, tries: 4, fewest: 50_000 });
+}

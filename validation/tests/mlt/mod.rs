@@ -4,6 +4,7 @@ mod answers;
 mod balance;
 mod densities;
 mod invariance;
+mod normals;
 mod states;
 
 use pathspace_core::Scene;
@@ -24,7 +25,7 @@ fn chain(scene: &Scene, options: &str) -> PathChain {
 
 /// One mutation alone, by its name.
 fn only(scene: &Scene, name: &str, max_depth: u32) -> PathChain {
-    let shares: Vec<String> = ["bidir", "lens", "caustic", "multi"]
+    let shares: Vec<String> = ["bidir", "lens", "caustic", "multi", "manifold"]
         .iter()
         .map(|m| format!("{m}={}", u8::from(*m == name)))
         .collect();

@@ -8,6 +8,8 @@ mod walk;
 pub use caustic::Caustic;
 pub use kernel::LogUniform;
 pub use sensor_side::{Lens, MultiChain};
+pub(in crate::mlt) use sensor_side::{Plan, SensorSide};
+pub(in crate::mlt) use walk::same_kind;
 
 use std::f64::consts::PI;
 

@@ -21,11 +21,11 @@ use super::walk::{follow, hit_like, same_kind, sure_lobe_density};
 
 /// Where the walk from the sensor ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Plan {
+pub(in crate::mlt) struct Plan {
     /// x₀ … x_{kept−1} stay; the walk makes the vertices from x_{k−1} down to x_kept.
-    kept: usize,
+    pub kept: usize,
     /// Vertices whose direction is perturbed, besides the film position.
-    turns: usize,
+    pub turns: usize,
 }
 
 impl Plan {
@@ -55,7 +55,7 @@ impl Plan {
 
 /// Perturbation of the film position, and of directions at vertices on the way.
 #[derive(Clone, Debug)]
-struct SensorSide {
+pub(in crate::mlt) struct SensorSide {
     /// Distance on the film in pixels.
     film: LogUniform,
     /// Angle at vertices that spread.
@@ -65,7 +65,7 @@ struct SensorSide {
 }
 
 impl SensorSide {
-    fn new(scene: &Scene, sizes: &Sizes) -> Self {
+    pub(in crate::mlt) fn new(scene: &Scene, sizes: &Sizes) -> Self {
         let crop = scene.sensor().crop();
         SensorSide {
             film: sizes.on_film(scene),
@@ -74,13 +74,14 @@ impl SensorSide {
         }
     }
 
-    fn propose(
+    /// The vertices of `x` with those from x_{k−1} down to x_kept moved.
+    pub(in crate::mlt) fn walk(
         &self,
         scene: &Scene,
         x: &MltPath,
         plan: Plan,
         u: &mut RandomStream,
-    ) -> Option<Candidate> {
+    ) -> Option<Vec<Vertex>> {
         let k = x.length();
         let sensor = scene.sensor();
         let film = x.film() + self.film.sample_plane(u);
@@ -99,35 +100,26 @@ impl SensorSide {
             }
             let point = hit_like(scene, &ray, x, i)?;
             vertices[i] = Vertex::Surface(point);
-            if i == plan.kept {
-                let path = MltPath::new(scene, vertices)?;
-                let v = path.vertices();
-                let visible = scene.visible(&v[i], &v[i - 1]);
-                return visible.then(|| Candidate { path, kept: plan.kept() });
+            if i > plan.kept {
+                ray = if x.is_delta(i) {
+                    follow(scene, &point, -ray.d, x.delta_event(i)?, mode)?
+                } else {
+                    point.spawn(self.angle.sample_direction(-x.edge(i - 1).direction(), u))
+                };
             }
-            ray = if x.is_delta(i) {
-                follow(scene, &point, -ray.d, x.delta_event(i)?, mode)?
-            } else {
-                let d = self.angle.sample_direction(-x.edge(i - 1).direction(), u);
-                point.spawn(d)
-            };
         }
-        let path = MltPath::new(scene, vertices)?;
-        Some(Candidate { path, kept: plan.kept() })
+        Some(vertices)
     }
 
-    fn ln_transition(
+    /// ln of the density of that walk at `y`.
+    pub(in crate::mlt) fn ln_walk(
         &self,
         scene: &Scene,
         x: &MltPath,
         y: &MltPath,
         plan: Plan,
-        kept: Kept,
     ) -> Option<f64> {
         let k = x.length();
-        if kept != plan.kept() || !same_kind(x, y, plan.kept, k - 1) {
-            return None;
-        }
         let moved = self.film.plane_density(f64::from(x.film().distance(y.film())));
         let first = y.edge(k - 1).reversed();
         let pdf = scene.sensor().pdf_direction(first.direction());
@@ -143,6 +135,33 @@ impl SensorSide {
             ln += edge.to_area(Density::new(pdf)).value().ln();
         }
         ln.is_finite().then_some(ln)
+    }
+
+    fn propose(
+        &self,
+        scene: &Scene,
+        x: &MltPath,
+        plan: Plan,
+        u: &mut RandomStream,
+    ) -> Option<Candidate> {
+        let path = MltPath::new(scene, self.walk(scene, x, plan, u)?)?;
+        let v = path.vertices();
+        let visible = plan.kept == 0 || scene.visible(&v[plan.kept], &v[plan.kept - 1]);
+        visible.then(|| Candidate { path, kept: plan.kept() })
+    }
+
+    fn ln_transition(
+        &self,
+        scene: &Scene,
+        x: &MltPath,
+        y: &MltPath,
+        plan: Plan,
+        kept: Kept,
+    ) -> Option<f64> {
+        if kept != plan.kept() || !same_kind(x, y, plan.kept, x.length() - 1) {
+            return None;
+        }
+        self.ln_walk(scene, x, y, plan)
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) fn sure_lobe_density(scene: &Scene, point: &SurfacePoint, to: Vec3) -
 }
 
 /// True where the paths have the same length and the same kinds of vertices, delta lobes included, between x_first and x_last.
-pub(super) fn same_kind(x: &MltPath, y: &MltPath, first: usize, last: usize) -> bool {
+pub(in crate::mlt) fn same_kind(x: &MltPath, y: &MltPath, first: usize, last: usize) -> bool {
     x.length() == y.length()
         && (first..=last).all(|i| {
             let inner = i > 0 && i < x.length();
