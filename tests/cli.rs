@@ -8,6 +8,8 @@ mod compare;
 mod new_plugin;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/report.rs"]
+mod report;
 #[path = "cli/scenes.rs"]
 mod scenes;
 #[path = "cli/support.rs"]

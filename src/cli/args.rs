@@ -26,6 +26,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// Hold integrators to each other and to exact answers: are they right?
     Validate(ValidateArgs),
+    /// Write the page of a comparison again from its results.json.
+    Report(ReportArgs),
     /// List the scenes of the library, or write one to a directory.
     Scenes(ScenesArgs),
     /// Write a crate that adds an integrator of your own to this command.
@@ -189,6 +191,12 @@ pub(super) struct NewPluginArgs {
     /// Source tree of pathspace to build upon; the one this program was built from, or its version, unless given.
     #[arg(long, value_name = "DIR")]
     pub(super) pathspace: Option<PathBuf>,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct ReportArgs {
+    /// Directory with results.json; report.html is written beside it.
+    pub(super) dir: PathBuf,
 }
 
 #[derive(Clone, Debug, Args)]

@@ -1,4 +1,4 @@
-//! The command: `pathspace render`, `compare`, `validate`, `scenes` and `new-plugin`.
+//! The command: `pathspace render`, `compare`, `report`, `validate`, `scenes` and `new-plugin`.
 //!
 //! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
 
@@ -8,6 +8,7 @@ mod interrupt;
 mod new_plugin;
 mod progress;
 mod render;
+mod report;
 mod scene;
 mod scenes;
 mod table;
@@ -45,6 +46,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         Some(Command::Render(args)) => render::render(&registry, &args, &mut out),
         Some(Command::Compare(args)) => compare::compare(&registry, &args, &mut out),
         Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
+        Some(Command::Report(args)) => report::report(&args, &mut out),
         Some(Command::Scenes(args)) => scenes::scenes(&args, &mut out),
         Some(Command::NewPlugin(args)) => new_plugin::new_plugin(&registry, &args, &mut out),
         None => {

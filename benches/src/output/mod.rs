@@ -159,7 +159,7 @@ fn probe(path: &Path) -> io::Result<()> {
 }
 
 /// Writes beside `path` and renames, and leaves no temporary file behind when that fails.
-fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let temporary = temporary(path);
     let written = File::create(&temporary)
         .and_then(|mut file| {

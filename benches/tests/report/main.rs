@@ -1,0 +1,6 @@
+//! The report page.
+
+mod browser;
+mod chromium;
+mod page;
+mod sample;
