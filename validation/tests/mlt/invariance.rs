@@ -7,6 +7,7 @@ use pathspace_core::integrator::PathEstimator;
 use pathspace_integrators::bdpt::Bdpt;
 use pathspace_integrators::chain::ChainTarget;
 use pathspace_integrators::mlt::{MltPath, PathChain};
+use pathspace_scenes::library;
 use pathspace_validation::stats::holm;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -111,11 +112,21 @@ fn p_value(z: f64) -> f64 {
     2.0 * normal.sf(z.abs())
 }
 
+/// The models, and caustics through thin glass and under water.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let mut scenes = models::all();
+    scenes.extend(["glass-lamp", "water-pool"].map(|name| {
+        let loaded = library::find(name).unwrap().load(&[("res".into(), "32".into())]).unwrap();
+        (name, models::build(&loaded.description))
+    }));
+    scenes
+}
+
 fn invariant(mutation: &str, plan: &Plan) {
     let mut p = Vec::new();
     let mut found = Vec::new();
     let mut all = 0;
-    for (index, (name, scene)) in models::all().into_iter().enumerate() {
+    for (index, (name, scene)) in scenes().into_iter().enumerate() {
         let chain = only(&scene, mutation, 6);
         let (z, moves) = one_step(&scene, &chain, plan, 10 + index as u64);
         println!("{mutation} on {name}: {moves} proposals, z {z:.2?}");

@@ -7,19 +7,24 @@ use super::ends::Ends;
 /// Lengths change by no more edges than this in one mutation.
 const MAX_CHANGE: usize = 12;
 
+/// 2^−n, made of its bits.
+fn half_to(n: usize) -> f64 {
+    f64::from_bits((1023 - n.min(1000) as u64) << 52)
+}
+
 /// Unnormalised probability to delete `edges` edges: ¼, ½, 2^{−k_d} for k_d ≥ 3.
 fn deletion_share(edges: usize) -> f64 {
     match edges {
         0 => 0.0,
         1 => 0.25,
         2 => 0.5,
-        n => 0.5_f64.powi(n.min(1000) as i32),
+        n => half_to(n),
     }
 }
 
 /// Unnormalised probability that `change` edges more or fewer are added than deleted: ½, then ¼·2^{−j} either way.
 fn addition_share(change: usize) -> f64 {
-    if change == 0 { 0.5 } else { 0.25 * 0.5_f64.powi(change as i32) }
+    if change == 0 { 0.5 } else { 0.25 * half_to(change) }
 }
 
 /// The distribution of deletions on one path. A deletion that no technique could undo has probability 0, so that its proposals, which

@@ -15,7 +15,14 @@ pub(super) struct Constraints {
     pub values: Vec<f64>,
     /// ∂C_i/∂x_j, steps x_j in orthonormal coordinates of the tangent planes ([`tangents`]).
     pub jacobian: Matrix,
+    /// Per vertex, how well `f32` positions and normals can obey the laws.
+    rounding: Vec<f64>,
 }
+
+/// Accuracy of directions by that of normals.
+const NORMALS: f64 = 1e-5;
+/// Accuracy of positions in the normalised scene; over the distance to the next vertex it is that of a direction.
+const POSITIONS: f64 = 3e-7;
 
 /// Orthonormal tangents of the surface.
 pub(super) fn tangents(point: &SurfacePoint) -> [DVec3; 2] {
@@ -58,6 +65,7 @@ impl Constraints {
     ) -> Constraints {
         let n = points.len();
         let mut values = Vec::with_capacity(2 * n);
+        let mut rounding = Vec::with_capacity(n);
         let mut jacobian = Matrix::zero(2 * n);
         let far = match c {
             Vertex::InfiniteEmitter { to, .. } => to.as_dvec3(),
@@ -78,6 +86,7 @@ impl Constraints {
             let half = to_sensor.w * n_c + to_light.w * n_l;
             let plane = [point.frame.s.as_dvec3(), point.frame.t.as_dvec3()];
             let along = half.dot(point.frame.n.as_dvec3());
+            rounding.push(NORMALS + POSITIONS * to_sensor.inverse.max(to_light.inverse));
             values.extend(plane.map(|t| t.dot(half)));
             let mut set = |j: usize, column: usize, change: DVec3, tilt: DVec3| {
                 for (row, t) in plane.iter().enumerate() {
@@ -101,12 +110,13 @@ impl Constraints {
                 }
             }
         }
-        Constraints { values, jacobian }
+        Constraints { values, jacobian, rounding }
     }
 
-    /// Largest violation.
+    /// Largest violation, in units of what the rounding of positions and normals may be: 1 where the laws hold.
     pub(super) fn residual(&self) -> f64 {
-        self.values.iter().fold(0.0, |m, v| v.abs().max(m))
+        let scaled = self.values.iter().zip(self.rounding.iter().flat_map(|r| [r, r]));
+        scaled.fold(0.0, |m, (v, rounding)| (v.abs() / rounding).max(m))
     }
 }
 

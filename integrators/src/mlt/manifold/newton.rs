@@ -3,13 +3,12 @@
 
 use glam::DVec3;
 use pathspace_core::Scene;
+use pathspace_core::math::Ray;
 use pathspace_core::path::Vertex;
 use pathspace_core::scene::SurfacePoint;
 
 use super::constraint::{Constraints, tangents};
 
-/// Residual at which the laws hold, to the accuracy of `f32` positions and normals.
-const TOLERANCE: f64 = 1e-5;
 /// Newton steps at most.
 const MAX_STEPS: usize = 20;
 /// Shortest part of a Newton step.
@@ -30,17 +29,17 @@ pub(super) fn walk(
         if !residual.is_finite() {
             return None;
         }
-        if residual < TOLERANCE && traced {
+        if residual < 1.0 && traced {
             return Some(points);
         }
-        let Constraints { values, jacobian } = constraints;
+        let Constraints { values, jacobian, .. } = constraints;
         let step = jacobian.solve(values.iter().map(|v| -v).collect())?;
         let mut part = 1.0;
         loop {
             if let Some(next) = moved(scene, b, &points, &step, part) {
                 let there = Constraints::new(scene, b, &next, c);
                 // At the accuracy of positions a step may no longer be better.
-                if there.residual() < residual || there.residual() < TOLERANCE {
+                if there.residual() < residual || there.residual() < 1.0 {
                     (points, constraints, traced) = (next, there, true);
                     break;
                 }
@@ -67,8 +66,10 @@ fn moved(
         let [s, t] = tangents(point);
         let to: DVec3 = point.p.as_dvec3() + (s * step[2 * i] + t * step[2 * i + 1]) * part;
         let from = result.last().unwrap_or(b);
-        let d = (to - from.p.as_dvec3()).normalize_or_zero().as_vec3();
-        let hit = scene.intersect(&from.spawn(d))?;
+        // Aimed from where the ray begins: an offset is not small against the thickness of a glass.
+        let o = from.spawn((to - from.p.as_dvec3()).as_vec3()).o;
+        let hit =
+            scene.intersect(&Ray::new(o, (to - o.as_dvec3()).normalize_or_zero().as_vec3()))?;
         if hit.shape != point.shape {
             return None;
         }
