@@ -2,8 +2,12 @@
 
 #[path = "cli/bad_use.rs"]
 mod bad_use;
+#[path = "cli/checkpoint.rs"]
+mod checkpoint;
 #[path = "cli/compare.rs"]
 mod compare;
+#[path = "cli/merge.rs"]
+mod merge;
 #[path = "cli/new_plugin.rs"]
 mod new_plugin;
 #[path = "cli/render.rs"]
@@ -14,5 +18,9 @@ mod report;
 mod scenes;
 #[path = "cli/support.rs"]
 mod support;
+#[path = "cli/tev.rs"]
+mod tev;
+#[path = "cli/until_error.rs"]
+mod until_error;
 #[path = "cli/validate.rs"]
 mod validate;

@@ -8,7 +8,9 @@ use pathspace_core::driver::Work;
 use pathspace_core::film::{Film, Layers};
 use pathspace_core::integrator::{Integrator, IntegratorError};
 
-use crate::clock::{Spent, Stopwatch};
+use crate::clock::Spent;
+use crate::session::{Plan, Session};
+use crate::shard::Shard;
 
 /// When a run ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +23,7 @@ pub enum Budget {
 
 impl Budget {
     /// Share of the budget that is used up, in [0, 1].
-    fn used(self, steps: u64, seconds: f64) -> f64 {
+    pub(crate) fn used(self, steps: u64, seconds: f64) -> f64 {
         let used = match self {
             Budget::Samples(n) => steps as f64 / n.max(1) as f64,
             Budget::Seconds(s) => seconds / s,
@@ -33,7 +35,7 @@ impl Budget {
     ///
     /// A budget in seconds ends at the end of the step that is nearest to it: another step is made where it would end nearer
     /// to the budget than now, so that the error is at most half a step. There is always one step.
-    fn is_spent(self, steps: u64, seconds: f64, step: f64) -> bool {
+    pub(crate) fn is_spent(self, steps: u64, seconds: f64, step: f64) -> bool {
         match self {
             Budget::Samples(n) => steps >= n.max(1),
             Budget::Seconds(s) => steps > 0 && seconds + 0.5 * step > s,
@@ -71,7 +73,8 @@ pub struct Exposure {
 
 /// Renders until the budget is used up or `watch`, which is called after every step, says to stop.
 ///
-/// Runs on the current rayon pool; the film is the same to the bit for any number of threads.
+/// Runs on the current rayon pool; the film is the same to the bit for any number of threads. [`Session`] is the same with a place to stop
+/// and go on.
 ///
 /// # Errors
 /// Where the integrator does not render this scene.
@@ -83,30 +86,10 @@ pub fn expose(
     budget: Budget,
     watch: &mut dyn FnMut(&Status) -> ControlFlow<()>,
 ) -> Result<Exposure, IntegratorError> {
-    let mut film = Film::new(scene.film(), layers);
-    let clock = Stopwatch::start();
-    let mut run = integrator.start(Arc::clone(scene), seed)?;
-    let start_up = clock.seconds();
-    let (mut steps, mut work, mut complete) = (0, Work::default(), true);
-    loop {
-        work += run.step(&mut film);
-        steps += 1;
-        let seconds = clock.seconds();
-        if budget.is_spent(steps, seconds, (seconds - start_up) / steps as f64) {
-            break;
-        }
-        let status = Status {
-            steps,
-            samples_per_pixel: film.samples_per_pixel(),
-            seconds,
-            used: budget.used(steps, seconds),
-        };
-        if watch(&status).is_break() {
-            complete = false;
-            break;
-        }
-    }
-    Ok(Exposure { film, steps, work, spent: clock.spent(), complete })
+    let plan = Plan { integrator, scene, layers, seed, shard: Shard::WHOLE };
+    let mut session = Session::start(plan)?;
+    let complete = session.run(budget, &mut |_, status| watch(status))?;
+    Ok(session.finish(complete))
 }
 
 #[cfg(test)]

@@ -11,6 +11,23 @@ pub struct Spent {
     pub cpu_seconds: f64,
 }
 
+impl std::ops::AddAssign for Spent {
+    fn add_assign(&mut self, other: Spent) {
+        self.seconds += other.seconds;
+        self.cpu_seconds += other.cpu_seconds;
+    }
+}
+
+impl std::ops::Sub for Spent {
+    type Output = Spent;
+    fn sub(self, other: Spent) -> Spent {
+        Spent {
+            seconds: self.seconds - other.seconds,
+            cpu_seconds: self.cpu_seconds - other.cpu_seconds,
+        }
+    }
+}
+
 /// Measures time since it was started.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch {

@@ -61,6 +61,13 @@ pub trait Run: Send {
 
     /// Everything besides the film that the next step depends on.
     fn save(&self) -> State;
+
+    /// Makes `step` the next step and says true, where a step depends on nothing but the seed and its number. Such a run can be
+    /// shared out by steps, and its steps are independent of each other. A Markov chain says false and stays where it is: shards
+    /// and replicates of it get seeds of their own.
+    fn seek(&mut self, _step: u64) -> bool {
+        false
+    }
 }
 
 /// Saved state of a [`Run`].
@@ -125,5 +132,10 @@ impl<E: PathEstimator> Run for MonteCarlo<E> {
 
     fn save(&self) -> State {
         State { step: self.step, bytes: Vec::new() }
+    }
+
+    fn seek(&mut self, step: u64) -> bool {
+        self.step = step;
+        true
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
-use pathspace_benches::Budget;
+use pathspace_benches::{Budget, Goal, Shard};
 use pathspace_core::description::Crop;
 use pathspace_core::film::Layers;
 use pathspace_integrators::Spec;
@@ -22,6 +22,8 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Render a scene with one integrator.
     Render(RenderArgs),
+    /// Put the shards of a render together.
+    Merge(MergeArgs),
     /// Compare integrators on a scene: do they agree, and how fast are they?
     Compare(CompareArgs),
     /// Hold integrators to each other and to exact answers: are they right?
@@ -69,6 +71,31 @@ pub(super) struct BudgetArgs {
     pub(super) seconds: Option<f64>,
 }
 
+/// When a render ends: with one budget, with an error, or with both, whichever comes first.
+#[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("goal").required(true).multiple(true)))]
+pub(super) struct GoalArgs {
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", group = "goal", conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub(super) spp: Option<u64>,
+    /// Seconds of rendering.
+    #[arg(long, value_name = "S", group = "goal", value_parser = seconds)]
+    pub(super) seconds: Option<f64>,
+    /// Relative error of the image, such as 0.01: noise of a typical pixel over mean brightness. With --spp or --seconds, these are limits.
+    #[arg(long, value_name = "E", group = "goal", value_parser = relative_error)]
+    pub(super) error: Option<f64>,
+}
+
+impl GoalArgs {
+    pub(super) fn goal(&self) -> Goal {
+        let budget = match (self.spp, self.seconds) {
+            (Some(n), _) => Some(Budget::Samples(n)),
+            (None, seconds) => seconds.map(Budget::Seconds),
+        };
+        Goal { budget, error: self.error }
+    }
+}
+
 impl BudgetArgs {
     pub(super) fn budget(&self) -> Budget {
         match (self.spp, self.seconds) {
@@ -86,13 +113,47 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "NAME[:key=value,…]")]
     pub(super) integrator: Option<Spec>,
     #[command(flatten)]
-    pub(super) budget: BudgetArgs,
+    pub(super) goal: GoalArgs,
     /// Image to write; a PNG is written beside it.
     #[arg(short, long, value_name = "FILE.exr")]
     pub(super) output: Option<PathBuf>,
     /// Layers of the image file: length, st, unweighted, emitter.
     #[arg(long, value_name = "LAYERS", value_parser = layers, default_value = "")]
     pub(super) layers: Layers,
+    #[command(flatten)]
+    pub(super) checkpoint: CheckpointArgs,
+    /// Render the share i of n, counted from 1; `pathspace merge` puts the shares together.
+    #[arg(long, value_name = "i/n", conflicts_with = "error")]
+    pub(super) shard: Option<Shard>,
+    /// Show the image in the viewer tev while it is being rendered.
+    #[arg(long, value_name = "HOST[:PORT]")]
+    pub(super) tev: Option<String>,
+    /// Print one JSON object as the last line.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct CheckpointArgs {
+    /// File to save the rendering in, again and again; goes on from it where it is there already.
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+    /// Seconds between checkpoints.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub(super) checkpoint_every: f64,
+    /// Checkpoint to go on from, which must be there; checkpoints go on in it unless --checkpoint names another file.
+    #[arg(long, value_name = "FILE")]
+    pub(super) resume: Option<PathBuf>,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct MergeArgs {
+    /// Images of shards (their sums stand beside them as .film), or the .film files themselves.
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) shards: Vec<PathBuf>,
+    /// Image to write; a PNG and the sums are written beside it.
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub(super) output: PathBuf,
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,
@@ -254,6 +315,12 @@ fn probability(text: &str) -> Result<f64, String> {
     value.filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a number in (0, 1)".into())
 }
 
+fn relative_error(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    let error = value.filter(|e| *e > 0.0 && *e < 1.0);
+    error.ok_or_else(|| "expected a number between 0 and 1, such as 0.01".into())
+}
+
 fn layers(text: &str) -> Result<Layers, String> {
     let mut layers = Layers::NONE;
     for name in text.split(',').filter(|n| !n.is_empty()) {
@@ -299,6 +366,14 @@ mod tests {
         assert_eq!(seconds("0.5"), Ok(0.5));
         for bad in ["0", "-1", "inf", "nan", "1s", ""] {
             assert!(seconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn errors_are_shares() {
+        assert_eq!(relative_error("0.01"), Ok(0.01));
+        for bad in ["0", "-0.1", "1", "2", "1%", "nan", ""] {
+            assert!(relative_error(bad).is_err(), "{bad}");
         }
     }
 }

@@ -1,10 +1,13 @@
-//! The command: `pathspace render`, `compare`, `report`, `validate`, `scenes` and `new-plugin`.
+//! The command: `pathspace render`, `merge`, `compare`, `report`, `validate`, `scenes` and `new-plugin`.
 //!
 //! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
 
 mod args;
+mod checkpoint;
 mod compare;
+mod image;
 mod interrupt;
+mod merge;
 mod new_plugin;
 mod progress;
 mod render;
@@ -44,6 +47,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
     let mut out = io::stdout().lock();
     let done = match cli.command {
         Some(Command::Render(args)) => render::render(&registry, &args, &mut out),
+        Some(Command::Merge(args)) => merge::merge(&args, &mut out),
         Some(Command::Compare(args)) => compare::compare(&registry, &args, &mut out),
         Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
         Some(Command::Report(args)) => report::report(&args, &mut out),

@@ -6,9 +6,9 @@
 mod exr;
 mod png;
 mod sheet;
+pub(crate) mod whole;
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use pathspace_core::description::FilmDescription;
@@ -16,6 +16,7 @@ use thiserror::Error;
 
 pub use png::exposure;
 pub use sheet::{Weighting, technique_sheet};
+use whole::{probe, write_whole};
 
 /// Why an image was not written.
 #[derive(Debug, Error)]
@@ -119,10 +120,10 @@ impl Output {
     /// [`OutputError`], with the system's reason.
     pub fn write(&self, picture: &Picture<'_>, exposure: f64) -> Result<(), OutputError> {
         let bytes = exr::encode(picture).map_err(|e| failed(&self.exr, &e))?;
-        write_whole(&self.exr, &bytes).map_err(|e| failed(&self.exr, &e))?;
+        write_bytes(&self.exr, &bytes).map_err(|e| failed(&self.exr, &e))?;
         let png = self.png();
         let bytes = png::encode(picture, exposure).map_err(|e| failed(&png, &e))?;
-        write_whole(&png, &bytes).map_err(|e| failed(&png, &e))
+        write_bytes(&png, &bytes).map_err(|e| failed(&png, &e))
     }
 }
 
@@ -134,7 +135,7 @@ impl Output {
     pub fn write_beside(&self, suffix: &str, picture: &image::RgbImage) -> Result<(), OutputError> {
         let path = self.exr.with_extension(suffix);
         let bytes = png::encode_rgb(picture).map_err(|e| failed(&path, &e))?;
-        write_whole(&path, &bytes).map_err(|e| failed(&path, &e))
+        write_bytes(&path, &bytes).map_err(|e| failed(&path, &e))
     }
 }
 
@@ -142,35 +143,6 @@ fn failed(path: &Path, error: &io::Error) -> OutputError {
     OutputError::Write { path: path.to_path_buf(), reason: error.to_string() }
 }
 
-/// Name beside `path` that is not visible in listings.
-fn temporary(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
-}
-
-/// Makes and removes a file beside `path`, in whose place no directory may stand.
-fn probe(path: &Path) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
-    }
-    let temporary = temporary(path);
-    File::create(&temporary)?;
-    fs::remove_file(&temporary)
-}
-
-/// Writes beside `path` and renames, and leaves no temporary file behind when that fails.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = temporary(path);
-    let written = File::create(&temporary)
-        .and_then(|mut file| {
-            file.write_all(bytes)?;
-            // A full disk may show only here.
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        // The first failure is the one to report; a file that was never made need not be removed.
-        let _ = fs::remove_file(&temporary);
-    }
-    written
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_whole(path, |file| file.write_all(bytes))
 }

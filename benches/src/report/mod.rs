@@ -24,7 +24,7 @@ use pathspace_validation::page::{render, script_json};
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::output::write_whole;
+use crate::output::write_bytes;
 use crate::results::Results;
 use images::{Blob, Gallery, SceneImages};
 use tables::{OverallRow, SceneTables, overall};
@@ -65,7 +65,7 @@ pub enum ReportError {
 /// [`ReportError`].
 pub fn write(results: &Results, folder: &Path, path: &Path) -> Result<(), ReportError> {
     let page = page(results, folder, IMAGE_BYTES)?;
-    write_whole(path, page.as_bytes())
+    write_bytes(path, page.as_bytes())
         .map_err(|source| ReportError::Write { path: path.to_path_buf(), source })
 }
 

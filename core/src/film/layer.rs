@@ -50,6 +50,44 @@ impl LayerKey {
             }
         }
     }
+
+    /// The key of a [`LayerKey::name`]; `None` for other texts.
+    pub fn from_name(name: &str) -> Option<LayerKey> {
+        let parts: Vec<&str> = name.split('.').collect();
+        let technique = |s: &str, t: &str| {
+            Some((s.strip_prefix('s')?.parse().ok()?, t.strip_prefix('t')?.parse().ok()?))
+        };
+        let key = match parts.as_slice() {
+            ["length", k] => LayerKey::Length(k.parse().ok()?),
+            ["technique", s, t] => {
+                let (s, t) = technique(s, t)?;
+                LayerKey::Technique { s, t }
+            }
+            ["unweighted", s, t] => {
+                let (s, t) = technique(s, t)?;
+                LayerKey::Unweighted { s, t }
+            }
+            ["emitter", i] => LayerKey::Emitter(i.parse().ok()?),
+            ["class", k, bits] => LayerKey::Class {
+                length: k.parse().ok()?,
+                families: Families::from_bits(bits.parse().ok()?),
+            },
+            _ => return None,
+        };
+        // One text for each key: neither `length.3` nor bits that no family has.
+        (key.name() == name).then_some(key)
+    }
+
+    /// True where a film with `layers` keeps this one.
+    pub fn is_of(self, layers: Layers) -> bool {
+        match self {
+            LayerKey::Length(_) => layers.length,
+            LayerKey::Technique { .. } => layers.technique,
+            LayerKey::Unweighted { .. } => layers.unweighted,
+            LayerKey::Emitter(_) => layers.emitter,
+            LayerKey::Class { .. } => layers.class,
+        }
+    }
 }
 
 /// Which layers a film keeps.
@@ -89,5 +127,28 @@ impl Layers {
         ]
         .into_iter()
         .flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back_to_their_keys() {
+        let keys = [
+            LayerKey::Length(3),
+            LayerKey::Length(u16::MAX),
+            LayerKey::Technique { s: 0, t: 117 },
+            LayerKey::Unweighted { s: 12, t: 1 },
+            LayerKey::Emitter(70_000),
+            LayerKey::Class { length: 2, families: Families::ALL },
+        ];
+        for key in keys {
+            assert_eq!(LayerKey::from_name(&key.name()), Some(key));
+        }
+        for text in ["", "length", "length.3", "length.x", "technique.t01.s02", "class.02.99"] {
+            assert_eq!(LayerKey::from_name(text), None, "{text}");
+        }
     }
 }

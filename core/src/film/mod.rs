@@ -3,11 +3,13 @@
 mod chunk;
 mod filter;
 mod layer;
+mod parts;
 mod sink;
 
 pub use chunk::{Chunk, NonFinite};
 pub use filter::Filter;
 pub use layer::{LayerKey, Layers};
+pub use parts::{FilmError, FilmParts};
 pub use sink::{Contribution, Families, RecordingSink, Sink};
 
 use std::collections::BTreeMap;

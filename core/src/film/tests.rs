@@ -100,3 +100,72 @@ fn many_small_splats_in_one_pixel_keep_their_sum() {
     let se = (n as f64 / 12.0).sqrt();
     assert!((plane.0[0][0] - exact).abs() < 0.1 * se);
 }
+
+/// A film with a contribution of length `s` at every multiple of 3, and one that is not finite.
+fn exposed(s: u16) -> Film {
+    let mut film =
+        film(FilterKind::Tent { radius: 1.0 }, Crop { x: 0, y: 0, width: 20, height: 20 });
+    let mut chunk = Chunk::new(film.layers());
+    for i in 0..7 {
+        let c = contribution(3.0 * i as f32 + 0.3, 9.1, 0.1 * f32::from(s));
+        chunk.add(Contribution { s, ..c });
+    }
+    chunk.add(contribution(1.0, 1.0, f32::NAN));
+    film.apply(&chunk);
+    film.add_samples(7 * u64::from(s));
+    film
+}
+
+fn parts(film: &Film) -> FilmParts {
+    let planes = film.planes().iter().map(|(key, plane)| (*key, plane.sums().to_vec()));
+    FilmParts {
+        samples: film.samples(),
+        nonfinite: film.nonfinite(),
+        nonfinite_examples: film.nonfinite_examples().to_vec(),
+        sums: film.sums().sums().to_vec(),
+        planes: planes.collect(),
+    }
+}
+
+#[test]
+fn a_film_from_its_parts_is_the_same_to_the_bit() {
+    let film = exposed(2);
+    let back = Film::from_parts(film.description(), film.layers(), parts(&film)).unwrap();
+    assert_eq!((back.sums(), back.planes()), (film.sums(), film.planes()));
+    assert_eq!((back.samples(), back.nonfinite()), (film.samples(), 1));
+    assert_eq!(back.nonfinite_examples()[0].address, film.nonfinite_examples()[0].address);
+}
+
+#[test]
+fn parts_of_another_film_are_refused() {
+    let film = exposed(2);
+    let mut other = *film.description();
+    other.crop.width = 19;
+    let error = Film::from_parts(&other, film.layers(), parts(&film)).unwrap_err();
+    assert_eq!(error.to_string(), "the image has 400 pixels, the window 380");
+    let error = Film::from_parts(film.description(), Layers::NONE, parts(&film)).unwrap_err();
+    assert_eq!(error, FilmError::Layer("length.02".into()));
+}
+
+#[test]
+fn merged_films_weigh_by_their_samples() {
+    let (a, b) = (exposed(1), exposed(3));
+    let mut merged = a.clone();
+    merged.merge(&b).unwrap();
+    assert_eq!((merged.samples(), merged.nonfinite()), (28, 2));
+    for (i, p) in merged.image().iter().enumerate() {
+        let expected = (7.0 * a.image()[i][0] + 21.0 * b.image()[i][0]) / 28.0;
+        assert!((p[0] - expected).abs() <= 1e-15 * expected);
+    }
+    // A layer that only one of them has is that one's.
+    let keys: Vec<_> = merged.planes().keys().copied().collect();
+    assert_eq!(keys, [LayerKey::Length(1), LayerKey::Length(3)]);
+    assert_eq!(merged.planes()[&LayerKey::Length(3)], b.planes()[&LayerKey::Length(3)]);
+}
+
+#[test]
+fn films_of_other_windows_are_not_merged() {
+    let mut a = exposed(1);
+    let b = film(FilterKind::Box, Crop { x: 0, y: 0, width: 20, height: 20 });
+    assert_eq!(a.merge(&b), Err(FilmError::Different));
+}

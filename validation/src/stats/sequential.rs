@@ -12,7 +12,7 @@ use super::replicates::Cell;
 use super::welch::minimum_detectable_bias;
 
 /// Running paired t statistic of differences of replicate means, and its e-value.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PairedT {
     n: u64,
     mean: f64,
@@ -66,6 +66,25 @@ impl PairedT {
             widened
         };
         0.5 * (df + 1.0) * gain - 0.5 * widened
+    }
+
+    /// Half the width of a confidence sequence for the mean: the means m for which the e-value of "mean = m" is below 1/α.
+    /// The probability that the mean is *ever* outside D̄ ± this, however often one looks, is at most α (Ville 1939).
+    ///
+    /// With w = 1+ng and c = (√w/α)^{2/n}, BF_n < 1/α means t² < ν(c−1)/(1−c/w). Infinite while c ≥ w: too few pairs
+    /// to say anything.
+    pub fn half_width(&self, g: f64, alpha: f64) -> f64 {
+        if self.n < 2 {
+            return f64::INFINITY;
+        }
+        let n = self.n as f64;
+        let w = 1.0 + n * g;
+        let c = ((0.5 * w.ln() - alpha.ln()) * 2.0 / n).exp();
+        if c >= w {
+            return f64::INFINITY;
+        }
+        let t2 = (n - 1.0) * (c - 1.0) / (1.0 - c / w);
+        t2.sqrt() * self.se()
     }
 }
 
@@ -223,6 +242,41 @@ mod tests {
         [1.0 + s, 1.0 - s, 1.0, 1.0].iter().for_each(|d| t.push(*d));
         let expected = 5f64.powf(-0.5) * (35.0f64 / 19.0).powi(2);
         assert!((t.ln_e_value(1.0) - expected.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_confidence_sequence_ends_where_the_e_value_is_one_over_alpha() {
+        let mut source = Source::new(55);
+        let d = source.normals(12, 0.4, 1.0);
+        let statistic = |m: f64| {
+            let mut t = PairedT::default();
+            d.iter().for_each(|d| t.push(d - m));
+            t
+        };
+        let t = statistic(0.0);
+        let half = t.half_width(1.0, 0.05);
+        for end in [t.mean() - half, t.mean() + half] {
+            assert!((statistic(end).ln_e_value(1.0) - 20f64.ln()).abs() < 1e-9, "{half}");
+        }
+        let mut few = PairedT::default();
+        [1.0, 2.0].iter().for_each(|d| few.push(*d));
+        assert_eq!(few.half_width(1.0, 0.05), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_confidence_sequence_holds_the_mean_at_every_look() {
+        let mut source = Source::new(56);
+        let escapes = (0..3000)
+            .filter(|_| {
+                let mut t = PairedT::default();
+                source.normals(100, 2.0, 3.0).iter().any(|d| {
+                    t.push(*d);
+                    (t.mean() - 2.0).abs() > t.half_width(1.0, 0.05)
+                })
+            })
+            .count() as u64;
+        let (_, high) = binomial_interval(escapes, 3000, 0.95).unwrap();
+        assert!(high <= 0.05, "{escapes} of 3000");
     }
 
     #[test]

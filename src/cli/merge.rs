@@ -1,0 +1,110 @@
+//! `pathspace merge`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use pathspace_benches::checkpoint::{self, Checkpoint, Merged, sums_of};
+use pathspace_benches::output::{Metadata, Output};
+use serde::Serialize;
+
+use super::args::MergeArgs;
+use super::render::tell_nonfinite;
+use super::{Done, image, say};
+
+/// What `--json` prints; see docs/json.md.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    scene_hash: &'a str,
+    integrator: &'a str,
+    seed: u64,
+    width: u32,
+    height: u32,
+    shards: u32,
+    merged: Vec<u32>,
+    missing: Vec<u32>,
+    samples_per_pixel: f64,
+    samples: u64,
+    seconds: f64,
+    cpu_seconds: f64,
+    rays: u64,
+    nonfinite: u64,
+    mean: [f64; 3],
+    output: String,
+    version: &'a str,
+}
+
+/// Puts shards together.
+pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
+    let output = Output::open(&args.output)?;
+    let sums = sums_of(output.exr());
+    checkpoint::probe(&sums)?;
+    let paths: Vec<PathBuf> = args.shards.iter().map(|path| sums_of(path)).collect();
+    for (image, path) in args.shards.iter().zip(&paths) {
+        if image != path && image.exists() && !path.exists() {
+            bail!("{}: is no shard: {} is not beside it", image.display(), path.display());
+        }
+    }
+    let Merged { checkpoint, parts, missing } = checkpoint::merge(&paths)?;
+    let Checkpoint { identity, progress, film } = &checkpoint;
+    checkpoint::write(&sums, identity, progress, film)?;
+    let metadata = Metadata {
+        scene: identity.scene.clone(),
+        scene_hash: identity.scene_hash.clone(),
+        integrator: identity.integrator.clone(),
+        seed: identity.seed,
+        samples_per_pixel: film.samples_per_pixel(),
+        replicates: 1,
+        seconds: progress.spent.seconds,
+        version: identity.version.clone(),
+    };
+    image::write(&output, film, metadata)?;
+    tell_nonfinite(&identity.integrator, film.nonfinite(), film.nonfinite_examples());
+    if !missing.is_empty() {
+        let list: Vec<String> = missing.iter().map(|i| (i + 1).to_string()).collect();
+        let count = identity.shards.count;
+        say(&format!("warning: shards missing of {count}: {}", list.join(", ")));
+    }
+    let from_one = |shards: &[u32]| shards.iter().map(|i| i + 1).collect();
+    let crop = film.description().crop;
+    let report = Report {
+        scene: &identity.scene,
+        scene_hash: &identity.scene_hash,
+        integrator: &identity.integrator,
+        seed: identity.seed,
+        width: crop.width,
+        height: crop.height,
+        shards: identity.shards.count,
+        merged: from_one(&identity.shards.present),
+        missing: from_one(&missing),
+        samples_per_pixel: film.samples_per_pixel(),
+        samples: film.samples(),
+        seconds: progress.spent.seconds,
+        cpu_seconds: progress.spent.cpu_seconds,
+        rays: progress.work.rays,
+        nonfinite: film.nonfinite(),
+        mean: film.mean(),
+        output: output.exr().display().to_string(),
+        version: env!("CARGO_PKG_VERSION"),
+    };
+    for part in &parts {
+        let (path, shards) = (part.path.display(), &part.identity.shards);
+        writeln!(out, "{path}: shard {shards}, {} samples per pixel", part.samples_per_pixel)?;
+    }
+    writeln!(
+        out,
+        "{} by {}: {}×{}, {} samples per pixel, seed {}\nwrote {}",
+        report.scene,
+        report.integrator,
+        report.width,
+        report.height,
+        report.samples_per_pixel,
+        report.seed,
+        report.output
+    )?;
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+    }
+    Ok(Done::Well)
+}
