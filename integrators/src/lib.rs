@@ -9,6 +9,7 @@
 //! | [`mlt`] | Metropolis light transport on path space | all |
 //! | [`mmlt`] | multiplexed Metropolis light transport | all |
 //! | [`erpt`] | energy redistribution path tracing | those of pt or bdpt |
+//! | [`radiosity`] | finite elements, for diffuse scenes | none: it reads what they send to the eye |
 //!
 //! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
 
@@ -21,6 +22,7 @@ pub mod mmlt;
 pub mod primary;
 pub mod pssmlt;
 pub mod pt;
+pub mod radiosity;
 mod registry;
 mod spec;
 mod trace;

@@ -9,6 +9,7 @@ use crate::mlt::{self, Mlt};
 use crate::mmlt::{self, Mmlt};
 use crate::pssmlt;
 use crate::pt::{self, PathTracer};
+use crate::radiosity::{self, RadiosityIntegrator};
 use crate::spec::{Defaults, Spec, SpecError};
 
 /// Builds an integrator from its options.
@@ -60,6 +61,9 @@ impl Registry {
             )
             .with(erpt::NAME, "energy redistribution path tracing", |spec, defaults| {
                 Ok(Box::new(Erpt::from_spec(spec, defaults)?))
+            })
+            .with(radiosity::NAME, "finite elements, for diffuse scenes", |spec, defaults| {
+                Ok(Box::new(RadiosityIntegrator::from_spec(spec, defaults)?))
             })
     }
 

@@ -6,6 +6,7 @@
 //! | Are all of them right, on all scenes? | [`suites`] |
 //! | Do two of them agree? | [`pairs`] |
 //! | Which scenes have an exact answer? | [`exact`] |
+//! | What do finite elements say of a diffuse scene? | [`radiosity`] |
 //! | How sure is a verdict? | [`stats`], pure functions on numbers that know nothing of rendering |
 //! | How do I write a scene in code? | [`scene_builder`] |
 //! | How are numbers read that JSON can not write? | [`json`] |
@@ -16,6 +17,7 @@ pub mod exact;
 pub mod json;
 pub mod page;
 pub mod pairs;
+pub mod radiosity;
 pub mod scene_builder;
 pub mod stats;
 pub mod suites;

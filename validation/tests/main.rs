@@ -9,3 +9,4 @@ mod hard;
 mod mlt;
 mod models;
 mod oracle;
+mod radiosity;

@@ -27,6 +27,11 @@ impl Diffuse {
         Ok(Diffuse { reflectance })
     }
 
+    /// ρ.
+    pub fn reflectance(&self) -> Rgb {
+        self.reflectance
+    }
+
     #[inline]
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
         if wo.z > 0.0 && wi.z > 0.0 { self.reflectance * FRAC_1_PI } else { Rgb::BLACK }

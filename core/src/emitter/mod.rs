@@ -126,7 +126,8 @@ impl Emitters {
 
     /// L_e of an area emitter.
     #[inline]
-    pub(crate) fn area_radiance(&self, index: u32) -> Rgb {
+    /// Radiance of an area emitter or an environment; black for others.
+    pub fn area_radiance(&self, index: u32) -> Rgb {
         match self.list[index as usize] {
             Emitter::Area { radiance, .. } | Emitter::Constant { radiance } => radiance,
             _ => Rgb::BLACK,

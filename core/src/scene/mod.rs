@@ -1,11 +1,13 @@
 //! The built scene: normalised to the unit sphere, traversable, with its emitters and its sensor.
 
 mod build;
+mod chart;
 mod check;
 mod curvature;
 mod shape;
 mod surface;
 
+pub use chart::Chart;
 pub use shape::Shape;
 pub(crate) use shape::{AreaSample, ShapeKind};
 pub use surface::{NO_EMITTER, SurfacePoint};
