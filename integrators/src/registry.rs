@@ -20,6 +20,7 @@ struct Entry {
     name: String,
     summary: String,
     factory: Factory,
+    by_name_only: bool,
 }
 
 /// Integrators by name. A plug-in adds one with [`Registry::with`].
@@ -65,6 +66,7 @@ impl Registry {
             .with(radiosity::NAME, "finite elements, for diffuse scenes", |spec, defaults| {
                 Ok(Box::new(RadiosityIntegrator::from_spec(spec, defaults)?))
             })
+            .by_name_only(radiosity::NAME)
     }
 
     /// Adds an integrator, or replaces the one of that name.
@@ -82,12 +84,26 @@ impl Registry {
             name: name.to_owned(),
             summary: summary.to_owned(),
             factory: Box::new(factory),
+            by_name_only: false,
         });
         self
     }
 
-    /// Names and one-line summaries in order.
+    /// Leaves an integrator out of [`Registry::list`]: one that refuses most scenes, or whose answer is not exact, takes part in
+    /// comparisons only where it is named.
+    pub fn by_name_only(mut self, name: &str) -> Self {
+        self.entries.iter_mut().filter(|e| e.name == name).for_each(|e| e.by_name_only = true);
+        self
+    }
+
+    /// Names and one-line summaries, in order, of the integrators that take part where none is named.
     pub fn list(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.all()
+            .filter(|(name, _)| self.entries.iter().any(|e| e.name == *name && !e.by_name_only))
+    }
+
+    /// Names and one-line summaries of all integrators in order.
+    pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
         self.entries.iter().map(|e| (e.name.as_str(), e.summary.as_str()))
     }
 
@@ -103,7 +119,7 @@ impl Registry {
         let entry = self.entries.iter().find(|e| e.name == spec.name).ok_or_else(|| {
             SpecError::UnknownIntegrator {
                 name: spec.name.clone(),
-                known: self.list().map(|(name, _)| name).collect::<Vec<_>>().join(", "),
+                known: self.all().map(|(name, _)| name).collect::<Vec<_>>().join(", "),
             }
         })?;
         (entry.factory)(spec, defaults)

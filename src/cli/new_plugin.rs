@@ -52,7 +52,7 @@ pub(super) fn new_plugin(
 ) -> Result<Done> {
     let name = &args.name;
     check_name(name)?;
-    if registry.list().any(|(known, _)| known == name) {
+    if registry.all().any(|(known, _)| known == name) {
         bail!("'{name}' is an integrator already");
     }
     check_directory(&args.dir)?;
