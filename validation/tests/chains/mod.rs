@@ -1,4 +1,5 @@
 //! L4: Markov chains, the driver and every mutation.
 
+mod answers;
 mod invariance;
 mod toy;
