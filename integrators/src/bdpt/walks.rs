@@ -14,6 +14,9 @@ use super::connect::{Connector, first_vertex};
 use super::subpath::{OpenEdge, Subpath, WalkConfig};
 use super::weight::Weights;
 
+/// Vertices that most subpaths do not exceed: lists that grow copy them.
+const ROOM: usize = 8;
+
 /// How the walks of one integrator go in one scene.
 pub(super) struct Walks {
     /// Longest path in edges.
@@ -86,7 +89,8 @@ impl Walks {
         let sensor = scene.sensor();
         let on_film = u.next2();
         let sample = sensor.sample(pixel, on_film, self.lens(u));
-        let mut vertices = vec![first_vertex(sample.vertex, sensor.pdf_vertex())];
+        let mut vertices = Vec::with_capacity(ROOM.min(self.sensor.max_vertices));
+        vertices.push(first_vertex(sample.vertex, sensor.pdf_vertex()));
         let first = OpenEdge {
             ray: sample.ray,
             throughput: Rgb::WHITE,
@@ -114,7 +118,7 @@ impl Walks {
         let emitter = emission.emitter;
         connector.begin_light(emitter);
         let walk = connector.light;
-        let mut vertices = Vec::new();
+        let mut vertices = Vec::with_capacity(ROOM.min(walk.max_vertices));
         if walk.max_vertices >= 1 {
             let mut x0 = first_vertex(emission.vertex, emission.pdf);
             x0.throughput = emission.radiance * (1.0 / emission.pdf.value()) as f32;

@@ -61,9 +61,9 @@ fn address(seed: u64, item: u64) -> Address {
 }
 
 /// Draws `samples` bootstrap samples on the current rayon pool and picks the starts of `chains` chains. The same to the bit for any number of
-/// threads; only the W_i are kept.
+/// threads; only the W_i and their keys are kept.
 ///
-/// Starts are drawn by strata of ΣW, one for each chain (systematic resampling with a jitter of its own in each stratum), and dealt
+/// Starts are drawn by strata of ΣW in the order of [`ChainTarget::key`], one for each chain (stratified resampling), and dealt
 /// to the chains in a random rotation: each chain alone starts at X₀ ∝ W_i, together they miss no important part.
 pub fn bootstrap<T: ChainTarget>(
     target: &T,
@@ -74,14 +74,17 @@ pub fn bootstrap<T: ChainTarget>(
 ) -> Bootstrap {
     // Numbers of their own, apart from those of the chains.
     let seed = derive_seed(seed, u64::MAX - 1);
-    let batches: Vec<(Vec<f64>, u64)> = (0..samples.div_ceil(BATCH))
+    let batches: Vec<(Vec<(f64, u64)>, u64)> = (0..samples.div_ceil(BATCH))
         .into_par_iter()
         .map(|batch| {
             let before = driver::rays_on_this_thread();
             let weights = (batch * BATCH..((batch + 1) * BATCH).min(samples))
                 .map(|item| {
                     let mut u = RandomStream::new(address(seed, item));
-                    target.bootstrap(scene, &mut u).map_or(0.0, |(_, w)| w)
+                    match target.bootstrap(scene, &mut u) {
+                        Some((x, w)) => (w, target.key(scene, &x)),
+                        None => (0.0, 0),
+                    }
                 })
                 .collect();
             (weights, driver::rays_on_this_thread() - before)
@@ -97,21 +100,29 @@ pub fn bootstrap<T: ChainTarget>(
         rays,
         seed,
     };
-    // Running sums, in order.
-    let mut cdf = Vec::with_capacity(samples as usize);
-    for (item, w) in batches.into_iter().flat_map(|(weights, _)| weights).enumerate() {
+    let mut weighted = Vec::new();
+    for (item, (w, key)) in batches.into_iter().flat_map(|(weights, _)| weights).enumerate() {
         if w.is_finite() && w >= 0.0 {
             result.sum += w;
             result.sum2 += w * w;
+            if w > 0.0 {
+                weighted.push((key, item as u64, w));
+            }
         } else {
             result.nonfinite.0 += 1;
             if result.nonfinite.1.len() < 16 {
                 result.nonfinite.1.push(address(seed, item as u64));
             }
         }
-        cdf.push(result.sum);
     }
-    result.starts = starts(&cdf, seed, chains);
+    weighted.sort_unstable_by_key(|&(key, item, _)| (key, item));
+    let sums = weighted.iter().scan(0.0, |sum, (_, _, w)| {
+        *sum += w;
+        Some(*sum)
+    });
+    let cdf: Vec<f64> = sums.collect();
+    let starts = starts(&cdf, seed, chains);
+    result.starts = starts.into_iter().map(|i| weighted[i as usize].1).collect();
     result
 }
 

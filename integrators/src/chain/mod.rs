@@ -47,6 +47,12 @@ pub trait ChainTarget: Send + Sync + 'static {
     /// same numbers it gives the same state. A W that is not finite is counted as a non-finite contribution and starts no chain.
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(Self::State, f64)>;
 
+    /// Where a bootstrap sample stands among the others: starts are drawn by strata in the order of these keys, so that samples with like
+    /// keys share chains out evenly. Any key leaves the starts ∝ W.
+    fn key(&self, _scene: &Scene, _x: &Self::State) -> u64 {
+        0
+    }
+
     /// Told once to every start: chain number `chain` of `chains` in the run of `seed`, for stratification across chains.
     fn place(&self, _x: &mut Self::State, _scene: &Scene, _chain: u64, _chains: u64, _seed: u64) {}
 

@@ -28,21 +28,13 @@ impl Kernel {
     /// Kelemen's own sizes, 1/1024 and 1/64.
     pub const KELEMEN: Kernel = Kernel::Kelemen { s1: 1.0 / 1024.0, s2: 1.0 / 64.0 };
 
-    /// The coordinate `value`·2⁻²⁴ after `times` perturbations.
-    pub fn perturb<U: PrimarySample>(self, value: u32, times: u64, u: &mut U) -> u32 {
+    /// The kernel with what all perturbations share computed once.
+    pub fn prepare(self) -> Perturbation {
         match self {
-            Kernel::Kelemen { s1, s2 } => (0..times).fold(value, |value, _| {
-                let (sign, xi) = sign_and_rest(u.next());
-                shift(value, sign * s2 * (-(s2 / s1).ln() * xi).exp())
-            }),
-            // n normal steps are one of √n times the size.
-            Kernel::Gaussian { .. } if times == 0 => value,
-            Kernel::Gaussian { sigma } => {
-                let radius = (-2.0 * (-(u.next() as f64)).ln_1p()).sqrt();
-                let (sign, xi) = sign_and_rest(u.next());
-                let normal = sign * radius * (std::f64::consts::FRAC_PI_2 * xi).cos();
-                shift(value, sigma * (times as f64).sqrt() * normal)
+            Kernel::Kelemen { s1, s2 } => {
+                Perturbation::Kelemen { s2, ln_ratio: -(s2 / s1).ln() as f32 }
             }
+            Kernel::Gaussian { sigma } => Perturbation::Gaussian { sigma },
         }
     }
 
@@ -61,16 +53,58 @@ impl Kernel {
     }
 }
 
-/// ±1 and a number in [0, 1) that does not depend on it.
-fn sign_and_rest(u: f32) -> (f64, f64) {
-    let doubled = 2.0 * u as f64;
-    if doubled < 1.0 { (1.0, doubled) } else { (-1.0, doubled - 1.0) }
+/// A [`Kernel`] ready for use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Perturbation {
+    /// [`Kernel::Kelemen`].
+    Kelemen {
+        /// Largest size.
+        s2: f64,
+        /// −ln(s₂/s₁).
+        ln_ratio: f32,
+    },
+    /// [`Kernel::Gaussian`].
+    Gaussian {
+        /// Standard deviation.
+        sigma: f64,
+    },
 }
 
-/// Adds `d` on the circle; the rounding is symmetric.
-fn shift(value: u32, d: f64) -> u32 {
-    let steps = (d * GRID).round() as i64;
-    (i64::from(value) + steps).rem_euclid(1 << BITS) as u32
+impl Perturbation {
+    /// The coordinate `value`·2⁻²⁴ after `times` perturbations.
+    #[inline]
+    pub fn apply<U: PrimarySample>(self, value: u32, times: u32, u: &mut U) -> u32 {
+        match self {
+            Perturbation::Kelemen { s2, ln_ratio } => (0..times).fold(value, |value, _| {
+                let (back, xi) = sign_and_rest(u.next());
+                shift(value, s2 * (ln_ratio * xi).exp() as f64, back)
+            }),
+            // n normal steps are one of √n times the size.
+            Perturbation::Gaussian { .. } if times == 0 => value,
+            Perturbation::Gaussian { sigma } => {
+                let radius = (-2.0 * (-(u.next() as f64)).ln_1p()).sqrt();
+                let (back, xi) = sign_and_rest(u.next());
+                let normal = radius * (std::f64::consts::FRAC_PI_2 * xi as f64).cos();
+                shift(value, sigma * (times as f64).sqrt() * normal, back)
+            }
+        }
+    }
+}
+
+/// A fair choice and a number in [0, 1) that does not depend on it.
+#[inline]
+fn sign_and_rest(u: f32) -> (bool, f32) {
+    let doubled = 2.0 * u;
+    if doubled < 1.0 { (false, doubled) } else { (true, doubled - 1.0) }
+}
+
+/// Adds or subtracts the distance `d` ≥ 0 on the circle: the same rounded one either way.
+#[inline]
+fn shift(value: u32, d: f64, back: bool) -> u32 {
+    let steps = (d * GRID + 0.5) as u64 as u32;
+    let moved = if back { value.wrapping_sub(steps) } else { value.wrapping_add(steps) };
+    // 2²⁴ divides 2³²: wrapping there is wrapping here.
+    moved & ((1 << BITS) - 1)
 }
 
 #[cfg(test)]
@@ -80,12 +114,13 @@ mod tests {
 
     const KERNELS: [Kernel; 2] = [Kernel::KELEMEN, Kernel::Gaussian { sigma: 0.02 }];
 
-    fn steps(kernel: Kernel, times: u64, n: u64) -> Vec<f64> {
+    fn steps(kernel: Kernel, times: u32, n: u64) -> Vec<f64> {
         (0..n)
             .map(|item| {
-                let mut u = RandomStream::new(Address { seed: 1, step: times, item });
+                let mut u = RandomStream::new(Address { seed: 1, step: times.into(), item });
                 // From the middle of the circle: no step of these sizes wraps.
-                (f64::from(kernel.perturb(1 << 23, times, &mut u)) - f64::from(1 << 23)) / GRID
+                (f64::from(kernel.prepare().apply(1 << 23, times, &mut u)) - f64::from(1 << 23))
+                    / GRID
             })
             .collect()
     }
@@ -139,9 +174,9 @@ mod tests {
     fn opposite_numbers_make_opposite_steps_round_the_circle() {
         for d in [1e-7, 0.3 / GRID, 0.5 / GRID, 0.01, 0.4999] {
             for value in [0, 1, 77, (1 << BITS) - 1] {
-                assert_eq!(shift(shift(value, d), -d), value);
+                assert_eq!(shift(shift(value, d, false), d, true), value);
             }
         }
-        assert_eq!(shift(0, -1.0 / GRID), (1 << BITS) - 1);
+        assert_eq!(shift(0, 1.0 / GRID, true), (1 << BITS) - 1);
     }
 }

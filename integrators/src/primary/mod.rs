@@ -12,7 +12,7 @@ mod stratify;
 mod target;
 mod vector;
 
-pub use kernel::Kernel;
+pub use kernel::{Kernel, Perturbation};
 pub use stratify::Place;
 pub use target::{Integrand, KINDS, PrimaryOptions, PrimaryPoint, PrimaryState, PrimaryTarget};
 pub use vector::{Moving, PrimaryVector, Recorder};

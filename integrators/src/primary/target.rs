@@ -103,10 +103,10 @@ pub struct PrimaryPoint {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrimaryState {
     /// Where it is.
-    pub point: PrimaryPoint,
+    pub point: Box<PrimaryPoint>,
     place: Place,
     /// Buffers for the next proposal.
-    spare: Option<PrimaryPoint>,
+    spare: Option<Box<PrimaryPoint>>,
 }
 
 impl<I: Integrand> PrimaryTarget<I> {
@@ -159,7 +159,7 @@ impl<I: Integrand> PrimaryTarget<I> {
         &self,
         scene: &Scene,
         x: &mut PrimaryState,
-        mut y: PrimaryPoint,
+        mut y: Box<PrimaryPoint>,
         u: &mut RandomStream,
     ) -> Proposal<PrimaryState> {
         let stratified = x.place.next(u);
@@ -199,7 +199,7 @@ impl<I: Integrand> PrimaryTarget<I> {
         &self,
         scene: &Scene,
         x: &mut PrimaryState,
-        mut y: PrimaryPoint,
+        mut y: Box<PrimaryPoint>,
         u: &mut RandomStream,
     ) -> Proposal<PrimaryState> {
         y.part = x.point.part;
@@ -255,12 +255,24 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
 
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(PrimaryState, f64)> {
         let (part, probability) = self.integrand.part(u);
-        let mut point = PrimaryPoint { part, ..PrimaryPoint::default() };
+        let mut point = Box::new(PrimaryPoint { part, ..PrimaryPoint::default() });
         let mut recorder = Recorder::new(&mut point.vector, u);
         let into = (&mut point.contributions, &mut point.f);
         let fault = self.evaluate(scene, part, &mut recorder, into);
         let w = if fault.is_some() { f64::NAN } else { point.f / probability };
         (w != 0.0).then(|| (PrimaryState { point, place: Place::default(), spare: None }, w))
+    }
+
+    /// Part first, then the cell of a Z-order curve over the film.
+    fn key(&self, scene: &Scene, x: &PrimaryState) -> u64 {
+        let crop = scene.film().crop;
+        let film = x.point.contributions.first().map_or(glam::Vec2::ZERO, |c| c.film);
+        let at = |v: f32, origin: u32, size: u32| {
+            ((v - origin as f32) / size as f32 * 65_536.0).clamp(0.0, 65_535.0) as u64
+        };
+        let (h, v) = (at(film.x, crop.x, crop.width), at(film.y, crop.y, crop.height));
+        let spread = |n: u64| (0..16).fold(0, |sum, bit| sum | (n >> bit & 1) << (2 * bit));
+        u64::from(x.point.part) << 32 | spread(h) | spread(v) << 1
     }
 
     fn place(&self, x: &mut PrimaryState, scene: &Scene, chain: u64, chains: u64, seed: u64) {
@@ -318,7 +330,7 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
         let vector = PrimaryVector::decode(r)?;
         let part = u16::try_from(r.u32()?).ok()?;
         let f = r.f64()?;
-        let mut point = PrimaryPoint { vector, part, f, contributions: Vec::new() };
+        let mut point = Box::new(PrimaryPoint { vector, part, f, contributions: Vec::new() });
         for _ in 0..r.len(33)? {
             let mut v = [0.0; 6];
             for v in &mut v {

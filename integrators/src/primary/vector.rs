@@ -2,7 +2,7 @@
 
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
-use super::kernel::{GRID, Kernel};
+use super::kernel::{GRID, Kernel, Perturbation};
 use crate::chain::{Reader, Writer};
 
 /// A coordinate as it was when it was last needed.
@@ -11,7 +11,7 @@ struct Coordinate {
     /// Multiple of 2⁻²⁴.
     value: u32,
     /// Time of the value.
-    time: u64,
+    time: u32,
 }
 
 /// A point of [0, 1)^∞ for each [`Stream`], of which only the coordinates that were ever read exist.
@@ -23,10 +23,8 @@ struct Coordinate {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PrimaryVector {
     streams: [Vec<Coordinate>; Stream::COUNT],
-    /// Accepted moves so far.
-    time: u64,
-    /// Time of the last large step.
-    large: u64,
+    /// Accepted moves since the last large step, which leaves no coordinate older than itself.
+    time: u32,
 }
 
 impl PrimaryVector {
@@ -47,11 +45,10 @@ impl PrimaryVector {
         }
     }
 
-    /// Makes this the origin of a large step from a point of time `time`: nothing is known of it.
-    fn begin_large(&mut self, from: &PrimaryVector) {
+    /// Makes this a point of which nothing is known.
+    fn begin_large(&mut self) {
         self.streams.iter_mut().for_each(Vec::clear);
-        self.time = from.time + 1;
-        self.large = self.time;
+        self.time = 0;
     }
 
     /// Makes this a copy one move later.
@@ -59,28 +56,34 @@ impl PrimaryVector {
         for (to, from) in self.streams.iter_mut().zip(&from.streams) {
             to.clone_from(from);
         }
-        self.time = from.time + 1;
-        self.large = from.large;
+        self.time = from.time;
+        if self.time == u32::MAX {
+            // What has not been read for half of all moves is uniform by now.
+            for c in self.streams.iter_mut().flatten() {
+                c.time = c.time.saturating_sub(1 << 31);
+            }
+            self.time -= 1 << 31;
+        }
+        self.time += 1;
     }
 
     /// The coordinate brought up to date.
+    #[inline]
     fn realise(
         &mut self,
         stream: usize,
         index: usize,
-        kernel: Kernel,
+        kernel: Perturbation,
         u: &mut RandomStream,
     ) -> u32 {
-        let (time, large) = (self.time, self.large);
+        let time = self.time;
         let list = &mut self.streams[stream];
         match list.get_mut(index) {
-            Some(c) if c.time >= large => {
-                c.value = kernel.perturb(c.value, time - c.time, u);
-                c.time = time;
-                c.value
-            }
             Some(c) => {
-                *c = Coordinate { value: uniform(u), time };
+                if c.time != time {
+                    c.value = kernel.apply(c.value, time - c.time, u);
+                    c.time = time;
+                }
                 c.value
             }
             None => {
@@ -94,30 +97,29 @@ impl PrimaryVector {
 
     /// Writes all of it.
     pub fn encode(&self, w: &mut Writer) {
-        w.u64(self.time);
-        w.u64(self.large);
+        w.u32(self.time);
         for list in &self.streams {
             w.len(list.len());
             for c in list {
                 w.u32(c.value);
-                w.u64(c.time);
+                w.u32(c.time);
             }
         }
     }
 
     /// Reads what [`PrimaryVector::encode`] wrote; `None` where the bytes are no vector.
     pub fn decode(r: &mut Reader<'_>) -> Option<Self> {
-        let mut vector = PrimaryVector { time: r.u64()?, large: r.u64()?, ..Default::default() };
+        let mut vector = PrimaryVector { time: r.u32()?, ..Default::default() };
         for list in &mut vector.streams {
-            for _ in 0..r.len(12)? {
-                let c = Coordinate { value: r.u32()?, time: r.u64()? };
+            for _ in 0..r.len(8)? {
+                let c = Coordinate { value: r.u32()?, time: r.u32()? };
                 if c.value >> super::kernel::BITS != 0 || c.time > vector.time {
                     return None;
                 }
                 list.push(c);
             }
         }
-        (vector.large <= vector.time).then_some(vector)
+        Some(vector)
     }
 }
 
@@ -161,7 +163,7 @@ impl PrimarySample for Recorder<'_> {
 pub struct Moving<'a> {
     from: &'a mut PrimaryVector,
     to: &'a mut PrimaryVector,
-    kernel: Kernel,
+    kernel: Perturbation,
     large: bool,
     u: &'a mut RandomStream,
     stream: usize,
@@ -175,9 +177,10 @@ impl<'a> Moving<'a> {
         to: &'a mut PrimaryVector,
         u: &'a mut RandomStream,
     ) -> Self {
-        to.begin_large(from);
+        to.begin_large();
         let read = [0; Stream::COUNT];
-        Moving { from, to, kernel: Kernel::KELEMEN, large: true, u, stream: 0, read }
+        let kernel = Kernel::KELEMEN.prepare();
+        Moving { from, to, kernel, large: true, u, stream: 0, read }
     }
 
     /// A small step: each coordinate is perturbed by `kernel`.
@@ -189,6 +192,7 @@ impl<'a> Moving<'a> {
     ) -> Self {
         to.begin_small(from);
         let read = [0; Stream::COUNT];
+        let kernel = kernel.prepare();
         Moving { from, to, kernel, large: false, u, stream: 0, read }
     }
 
@@ -210,7 +214,7 @@ impl PrimarySample for Moving<'_> {
             }
         } else {
             let current = self.from.realise(stream, index, self.kernel, self.u);
-            let value = self.kernel.perturb(current, 1, self.u);
+            let value = self.kernel.apply(current, 1, self.u);
             let c = Coordinate { value, time: self.to.time };
             let list = &mut self.to.streams[stream];
             match list.get_mut(index) {

@@ -9,9 +9,11 @@ use pathspace_core::film::{Film, LayerKey, Layers};
 use pathspace_core::path::WalkRules;
 use pathspace_core::random::derive_seed;
 use pathspace_integrators::{Defaults, Registry};
+use pathspace_validation::exact::{self, Plan};
 use pathspace_validation::stats::{holm, welch};
 use rayon::prelude::*;
 
+use crate::exact::{judge, measure_as};
 use crate::models;
 
 /// Level of each test as a whole.
@@ -121,4 +123,41 @@ fn brightness_does_not_depend_on_mutations_chains_or_bootstrap() {
             assert!(t.p > ALPHA && t.mdb < 0.25, "{base}: {t:?}");
         }
     }
+}
+
+/// Scenes whose lengths a short chain visits often enough.
+const EXACT: [&str; 8] = [
+    "white furnace",
+    "integrating sphere",
+    "integrating sphere with a point light",
+    "concentric spheres",
+    "perpendicular rectangles",
+    "polygon light",
+    "glass in a furnace, from outside",
+    "emitter behind a slab",
+];
+
+fn exact_answers(spec: &str, seed: u64, mdb: f64) {
+    let mut cells = Vec::new();
+    for (index, mut scene) in exact::all().into_iter().enumerate() {
+        if !EXACT.contains(&scene.name) {
+            continue;
+        }
+        scene.expected.retain(|e| e.length.is_none_or(|k| k <= 3));
+        let seed = derive_seed(seed, index as u64);
+        let plan = Plan { replicates: 32, pilot: 8, most: 64, mdb, seed, ..Plan::default() };
+        measure_as(&scene, spec, &plan, &mut cells);
+    }
+    judge(&cells, mdb);
+}
+
+#[test]
+fn pssmlt_gives_the_exact_answers() {
+    exact_answers("pssmlt:chains=64,bootstrap=4000", 31, 0.05);
+    exact_answers("pssmlt:over=pt,chains=64,bootstrap=4000,mis=false,kernel=gaussian", 32, 0.05);
+}
+
+#[test]
+fn mmlt_gives_the_exact_answers() {
+    exact_answers("mmlt:chains=256,bootstrap=10000", 33, 0.1);
 }
