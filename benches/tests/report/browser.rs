@@ -205,6 +205,36 @@ fn false_colours_and_zoom_change_the_picture() {
 }
 
 #[test]
+fn orange_is_where_the_left_image_is_brighter() {
+    let Some(page) = Page::open("signs", 1280) else { return };
+    let red_over_blue = |left: f64, right: f64| {
+        let grey = |v: f64| {
+            format!(
+                "{{ width: 1, height: 1, linear: true, sigma: null, r: [{v}], g: [{v}], b: [{v}] }}"
+            )
+        };
+        page.eval(&format!(
+            "(() => {{ const c = document.createElement('canvas');
+               report.tone.paint(c, 'difference', {}, {}, null, {{ exposure: 1, level: 1 }});
+               const [r, , b] = c.getContext('2d').getImageData(0, 0, 1, 1).data;
+               return r - b; }})()",
+            grey(left),
+            grey(right)
+        ))
+        .as_f64()
+        .unwrap()
+    };
+    assert!(red_over_blue(1.3, 1.0) > 60.0 && red_over_blue(1.0, 1.3) < -30.0);
+    assert!(red_over_blue(1.0, 1.0).abs() < 20.0);
+    // The right end of the scale is the positive one.
+    let end = page.eval(
+        "(() => { const c = document.createElement('canvas'); report.tone.legend(c, true);
+           const [r, , b] = c.getContext('2d').getImageData(230, 0, 1, 1).data; return r - b; })()",
+    );
+    assert!(end.as_f64().unwrap() > 60.0);
+}
+
+#[test]
 fn what_is_unpacked_is_what_was_rendered() {
     let Some(page) = Page::open("unpacked", 1280) else { return };
     // The lamp of the reference is (14, 12, 9) with little noise.

@@ -79,6 +79,8 @@ report.curves = (() => {
     const ys = range(all.flatMap((p) => [p.value, p.low, p.high]));
     return {
       ...size,
+      // Room for the names at the right.
+      padding: [10, Math.min(size.width * 0.22, 14 + 7.4 * Math.max(0, ...shown.map((a) => a.integrator.length))), 0, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales: { x: { time: false, distr: 3, log: 10, range: () => xs }, y: { distr: 3, log: 10, range: () => ys } },
@@ -137,8 +139,8 @@ report.curves = (() => {
       const last = points.at(-1);
       if (!last) return;
       const wide = ctx.measureText(arm.integrator).width;
-      const x = Math.min(u.valToPos(last.at, 'x', true) + 9 * d, u.bbox.left + u.bbox.width - wide - 2 * d);
-      let y = u.valToPos(last.value, 'y', true) - 9 * d;
+      const x = Math.min(u.valToPos(last.at, 'x', true) + 9 * d, ctx.canvas.width - wide - 2 * d);
+      let y = u.valToPos(last.value, 'y', true);
       while (taken.some((t) => Math.abs(t.y - y) < 14 * d && x < t.x + t.wide && t.x < x + wide)) y -= 14 * d;
       taken.push({ x, y, wide });
       ctx.lineJoin = 'round';

@@ -85,7 +85,7 @@ report.tone = (() => {
       if (mode === 'difference') {
         const range = signedRange(unit(image, partner));
         // Orange where the left image is brighter.
-        through(maps.signed, picture.data, width * height, (i) => 0.5 - f(i) / (2 * range));
+        through(maps.signed, picture.data, width * height, (i) => 0.5 + f(i) / (2 * range));
       } else {
         through(maps.magnitude, picture.data, width * height, (i) => toMagnitude(f(i)));
       }
@@ -98,7 +98,7 @@ report.tone = (() => {
     Object.assign(canvas, { width: 256, height: 1 });
     const context = canvas.getContext('2d');
     const picture = context.createImageData(256, 1);
-    through(signed ? maps.signed : maps.magnitude, picture.data, 256, (i) => (signed ? 1 - i / 255 : i / 255));
+    through(signed ? maps.signed : maps.magnitude, picture.data, 256, (i) => i / 255);
     context.putImageData(picture, 0, 0);
   };
 

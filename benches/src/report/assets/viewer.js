@@ -75,9 +75,9 @@ report.viewer = (() => {
     const button = (text, label, f) => make('button', { type: 'button', 'aria-label': label, title: label, onclick: f }, text);
     const zooms = make('div', { class: 'label' }, make('span', {}, 'Zoom'), make('span', {},
       button('−', 'Zoom out', () => zoomTo(state.view.zoom / 1.5)), button('+', 'Zoom in', () => zoomTo(state.view.zoom * 1.5)),
-      button('Fit', 'Whole image', () => { Object.assign(state.view, { x: 0.5, y: 0.5 }); zoomTo(1); }),
-      button('8:1', 'Eight screen pixels for one pixel', () => zoomTo((8 * devicePixelRatio) / fit()))));
-    const reset = button('0', 'Exposure as it was', () => { state.stops = 0; tell('view'); });
+      button('Fit', 'Fit the whole image', () => { Object.assign(state.view, { x: 0.5, y: 0.5 }); zoomTo(1); }),
+      button('8:1', '8:1, eight screen pixels for one pixel', () => zoomTo((8 * devicePixelRatio) / fit()))));
+    const reset = button('Reset', 'Reset the exposure', () => { state.stops = 0; tell('view'); });
 
     const tiles = make('div', { class: 'tiles' });
     const cells = entries.map((entry) => {
