@@ -9,6 +9,7 @@ use super::{
 };
 use crate::color::Rgb;
 use crate::measure::Mass;
+use crate::mutant::{self, Mutant};
 
 /// Fresnel reflection and refraction by Snell's law; the normal points to the side of `ext_ior`.
 ///
@@ -80,10 +81,11 @@ impl Dielectric {
     /// This is the only place of that factor.
     #[inline]
     fn compression(eta: f64, mode: TransportMode) -> f32 {
-        match mode {
-            TransportMode::Radiance => (1.0 / (eta * eta)) as f32,
-            TransportMode::Importance => 1.0,
-        }
+        let compressed = match mode {
+            TransportMode::Radiance => !mutant::is_on(Mutant::RadianceUncompressed),
+            TransportMode::Importance => mutant::is_on(Mutant::ImportanceCompressed),
+        };
+        if compressed { (1.0 / (eta * eta)) as f32 } else { 1.0 }
     }
 
     /// Weight of the refracted lobe: its coefficient over its mass 1 − F.
@@ -117,7 +119,13 @@ impl Dielectric {
         if f64::from(u_lobe) < r {
             BsdfSample {
                 wi: reflect_about_z(wo),
-                weight: self.specular_reflectance,
+                weight: mutant::swap(
+                    Mutant::TotalReflection,
+                    self.specular_reflectance,
+                    |weight| {
+                        if r < 1.0 { weight } else { Rgb::BLACK }
+                    },
+                ),
                 pdf: ScatterPdf::Delta(Mass::new(r)),
                 value: self.specular_reflectance * r as f32,
                 event: ScatterEvent::Reflection,
@@ -125,6 +133,7 @@ impl Dielectric {
             }
         } else {
             let weight = self.transmission_weight(split.eta, mode);
+            let weight = mutant::swap(Mutant::LobeProbability, weight, |weight| weight * t as f32);
             BsdfSample {
                 wi: split.refracted,
                 weight,

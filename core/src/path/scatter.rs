@@ -18,6 +18,7 @@ use glam::Vec3;
 use crate::bsdf::{ScatterPdf, TransportMode};
 use crate::color::Rgb;
 use crate::measure::{Density, Mass, SolidAngle};
+use crate::mutant::{self, Mutant};
 use crate::scene::{Scene, SurfacePoint};
 
 /// Largest probability to go on, so that walks in lossless media end.
@@ -126,7 +127,8 @@ impl Scene {
         match mode {
             TransportMode::Radiance => uncompressed *= sample.eta * sample.eta,
             TransportMode::Importance => {
-                weight *= adjoint_factor(point, from, wo.z, direction, sample.wi.z);
+                let factor = adjoint_factor(point, from, wo.z, direction, sample.wi.z);
+                weight *= mutant::swap(Mutant::ShadingAdjoint, factor, |_| 1.0);
                 uncompressed = weight.max_channel();
             }
         }
