@@ -205,7 +205,7 @@ impl CompareArgs {
 
 #[derive(Clone, Debug, Args)]
 pub(super) struct ValidateArgs {
-    /// What to hold to what: quick, pairs, exact, hard or all.
+    /// What to hold to what: quick, pairs, exact, hard or all; or mutants, deliberate bugs that the tests must find.
     #[arg(default_value = "quick")]
     pub(super) suite: String,
     /// Integrator with its options; may be given again. All there are unless given.
@@ -232,6 +232,9 @@ pub(super) struct ValidateArgs {
     /// Look after every few replicates and stop as soon as a pair is decided.
     #[arg(long)]
     pub(super) sequential: bool,
+    /// Seeds with which each mutant is hunted.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(super) seeds: u64,
     /// Worker threads; all processors unless given. The figures do not depend on it.
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,

@@ -9,6 +9,7 @@ mod image;
 mod interrupt;
 mod merge;
 mod new_plugin;
+mod mutants;
 mod progress;
 mod render;
 mod report;

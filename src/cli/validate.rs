@@ -18,7 +18,7 @@ use super::args::ValidateArgs;
 use super::progress::Progress;
 use super::scene::pool;
 use super::table::{Table, percent};
-use super::{Done, interrupt};
+use super::{Done, interrupt, mutants};
 
 /// What `--json` prints; see docs/json.md.
 #[derive(Debug, Serialize)]
@@ -44,6 +44,9 @@ pub(super) fn validate(
     args: &ValidateArgs,
     out: &mut dyn Write,
 ) -> Result<Done> {
+    if args.suite == mutants::SUITE {
+        return mutants::hunt_all(args, out);
+    }
     let suite = suite(args)?;
     let options = Options {
         integrators: args.integrators.clone(),

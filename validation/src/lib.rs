@@ -10,11 +10,13 @@
 //! | How sure is a verdict? | [`stats`], pure functions on numbers that know nothing of rendering |
 //! | How do I write a scene in code? | [`scene_builder`] |
 //! | How are numbers read that JSON can not write? | [`json`] |
+//! | Would the tests find a bug? | [`mutants`] |
 //! | What do pages for the browser have in common? | [`page`] |
 
 pub mod chains;
 pub mod exact;
 pub mod json;
+pub mod mutants;
 pub mod page;
 pub mod pairs;
 pub mod radiosity;

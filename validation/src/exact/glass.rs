@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use pathspace_core::Rgb;
-use pathspace_core::description::EmitterDescription;
+use pathspace_core::description::{EmitterDescription, ShapeGeometry};
 use pathspace_core::film::Families;
 use pathspace_core::path::WalkRules;
 
@@ -20,7 +20,13 @@ const UNLIMITED: WalkRules = WalkRules { max_length: None, rr_depth: 5 };
 
 /// Every scene of this file.
 pub fn all() -> Vec<ExactScene> {
-    vec![glass_from_outside(), glass_from_inside(), slab(), slab_under_directional_light()]
+    vec![
+        glass_from_outside(),
+        glass_from_inside(),
+        glass_cube(),
+        slab(),
+        slab_under_directional_light(),
+    ]
 }
 
 /// A glass ball in a constant environment L = 1: R at length 2, (1−R)² R^j at length 3 + j, all together 1.
@@ -52,6 +58,19 @@ pub fn glass_from_outside() -> ExactScene {
     }
     let description = b.finish();
     ExactScene { name: "glass in a furnace, from outside", description, rules: UNLIMITED, expected }
+}
+
+/// A glass cube in an environment L = 1 is invisible. What enters by one face leaves by it or the opposite one, and is reflected totally
+/// by the four others.
+pub fn glass_cube() -> ExactScene {
+    let mut b = SceneBuilder::new(FILM);
+    let glass = b.glass(1.5);
+    b.shape(ShapeGeometry::Cube, DAffine3::IDENTITY, glass);
+    b.emitter(EmitterDescription::Constant { radiance: Rgb::WHITE });
+    b.look_at(DVec3::new(1.7, -2.2, 1.4), DVec3::ZERO, DVec3::Z, 35.0);
+    let expected = vec![ExactLength::total(1.0, Families::S0)];
+    let description = b.finish();
+    ExactScene { name: "glass cube in a furnace", description, rules: UNLIMITED, expected }
 }
 
 /// From inside a glass ball the environment has radiance n²: n² (1−R) R^j at length 2 + j. The eye is near enough to the centre that

@@ -46,7 +46,7 @@ pub(super) fn run(
 }
 
 /// Holds one integrator to one scene at this level.
-pub(super) fn check(
+pub(crate) fn check(
     scene: &ExactScene,
     integrator: &dyn Integrator,
     config: &Config,

@@ -14,6 +14,7 @@ mod exact;
 mod hard;
 mod run;
 
+pub(crate) use exact::check;
 pub use hard::{dark_boxes, moved};
 pub use run::{Options, Progress, SuiteError, run};
 
