@@ -78,8 +78,8 @@ mutants! {
     IndependentB = "independent-b",
     /// Large steps are weighted as if there were no small ones.
     LargeStepWeight = "large-step-weight",
-    /// A coordinate of a lazily mutated vector misses its last small step.
-    LazyOffByOne = "lazy-off-by-one",
+    /// A lazily mutated vector keeps the moves of a proposal that was rejected.
+    RejectedKept = "rejected-move-kept",
 }
 
 #[cfg(feature = "mutants")]

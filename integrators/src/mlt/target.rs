@@ -2,6 +2,7 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Families, Sink};
+use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{PrimarySample, RandomStream};
 
 use super::mutator::Mutator;
@@ -113,6 +114,7 @@ impl ChainTarget for PathChain {
         match mutator.ln_transition_ratio(scene, x, &candidate) {
             Some(ln_ratio) if !ln_ratio.is_nan() => {
                 let f = self.target(y) / self.target(x);
+                let ln_ratio = mutant::swap(Mutant::ProposalAsymmetry, ln_ratio, |_| 0.0);
                 let a = f * ln_ratio.exp() * (total / self.total(y));
                 Proposal::new(candidate.path, if a.is_nan() { 0.0 } else { a }, kind)
             }

@@ -2,6 +2,7 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Families, Sink};
+use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream, derive_seed};
 use rayon::prelude::*;
 
@@ -188,7 +189,8 @@ impl<I: Integrand> PrimaryTarget<I> {
         let proposal = Proposal::new(state, w_y / w_x, 0);
         Proposal {
             weight_current: proposal.weight_current * share_x,
-            weight_proposed: proposal.weight_proposed * share_y,
+            weight_proposed: proposal.weight_proposed
+                * mutant::swap(Mutant::LargeStepWeight, share_y, |_| 1.0),
             weight_independent: if self.mixes() { self.pilot_b * share_y } else { 0.0 },
             independent: self.options.redraw.then_some(w_y),
             ..proposal
@@ -260,6 +262,11 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
         let into = (&mut point.contributions, &mut point.f);
         let fault = self.evaluate(scene, part, &mut recorder, into);
         let w = if fault.is_some() { f64::NAN } else { point.f / probability };
+        let w = mutant::swap(Mutant::OtherLengths, w, |w| {
+            let of = |c: &Contribution| f64::from(c.value.mean());
+            let longer = point.contributions.iter().filter(|c| c.length() > 2).map(of);
+            w * longer.sum::<f64>() / point.contributions.iter().map(of).sum::<f64>()
+        });
         (w != 0.0).then(|| (PrimaryState { point, place: Place::default(), spare: None }, w))
     }
 

@@ -1,5 +1,6 @@
 //! Points of primary sample space, realised coordinate by coordinate.
 
+use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
 use super::kernel::{GRID, Kernel, Perturbation};
@@ -215,6 +216,11 @@ impl PrimarySample for Moving<'_> {
         } else {
             let current = self.from.realise(stream, index, self.kernel, self.u);
             let value = self.kernel.apply(current, 1, self.u);
+            if mutant::is_on(Mutant::RejectedKept)
+                && let Some(c) = self.from.streams[stream].get_mut(index)
+            {
+                c.value = value;
+            }
             let c = Coordinate { value, time: self.to.time };
             let list = &mut self.to.streams[stream];
             match list.get_mut(index) {

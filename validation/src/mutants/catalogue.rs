@@ -18,7 +18,7 @@ pub enum Level {
     Oracle {
         /// The scene.
         scene: &'static str,
-        /// Path tracing options.
+        /// A path tracer with its options.
         integrator: &'static str,
         /// Samples.
         samples: u64,
@@ -89,6 +89,9 @@ const fn pair(
     Hunt { mutant, level: Level::Pair { scene, integrators, rays, cropped: false } }
 }
 
+/// Chains of a bootstrap that replicates can afford.
+const CHAINS: &str = "pssmlt:bootstrap=4096,chains=64";
+
 /// A hunt for every mutant.
 pub fn hunts() -> Vec<Hunt> {
     use Mutant::*;
@@ -132,5 +135,17 @@ pub fn hunts() -> Vec<Hunt> {
                 mirrored: true,
             },
         },
+        pair(Multiplexing, "cornell-box", ["bdpt", "mmlt:bootstrap=4096,chains=64"], FEW),
+        pair(ProposalAsymmetry, "cornell-box", ["bdpt", "mlt:bootstrap=4096,chains=64"], MANY),
+        pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
+        pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
+        pair(IndependentB, "cornell-box", ["bdpt", "pssmlt:bootstrap=16,chains=4"], MANY),
+        pair(
+            LargeStepWeight,
+            "cornell-box",
+            ["bdpt", "pssmlt:bootstrap=4096,chains=64,mis=true"],
+            FEW,
+        ),
+        pair(RejectedKept, "cornell-caustic", ["bdpt", CHAINS], MANY),
     ]
 }

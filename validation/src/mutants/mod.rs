@@ -11,3 +11,15 @@ pub use catalogue::{Hunt, Level, hunts};
 pub use hunt::{MutantError, Outcome, hunt};
 
 pub use pathspace_core::mutant::Mutant;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mutant_is_hunted_once() {
+        let hunts = hunts();
+        assert_eq!(hunts.len(), Mutant::ALL.len());
+        assert!(Mutant::ALL.iter().all(|m| hunts.iter().any(|h| h.mutant == *m)));
+    }
+}
