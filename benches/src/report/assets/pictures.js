@@ -105,8 +105,9 @@ report.pictures = (() => {
       }
       body.replaceChildren(...parts);
     };
-    // The one with the richest techniques first.
-    const first = options.find(([i]) => images.arms[i].techniques) ?? options[0];
+    // The one with the richest techniques first: its sheet packs worst.
+    const size = ([i]) => (images.arms[i].techniques ? document.getElementById(`blob-${images.arms[i].techniques.blob}`).textContent.length : 0);
+    const first = options.reduce((best, option) => (size(option) > size(best) ? option : best));
     element.append(make('div', { class: 'controls' }, select('Integrator', options, first[0], draw)), body);
     draw(first[0]);
   };
