@@ -3,11 +3,10 @@
 //! `cargo run --release --example sweep [SCENE [SECONDS]]` writes sweep.svg.
 
 use std::error::Error;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use pathspace::benches::replicate::{self, Experiment};
-use pathspace::benches::{Budget, compare};
+use pathspace::benches::Budget;
+use pathspace::benches::compare::{Contest, compare};
 use pathspace::core::Scene;
 use pathspace::core::description::FilmDescription;
 use pathspace::integrators::{Defaults, Registry};
@@ -30,10 +29,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let integrators = depths.iter().map(create).collect::<Result<Vec<_>, _>>()?;
     let budget = Budget::Seconds(seconds);
-    let experiment =
-        Experiment { scene, integrators: &integrators, budget, replicates: 8, seed: 1 };
-    let replicates = replicate::run(&experiment, &mut |_| ControlFlow::Continue(()))?;
-    let result = compare::compare(&replicates, &CompareConfig::default())?;
+    let contest = Contest { scene, integrators, budget, replicates: 8, seed: 1 };
+    let result = compare(contest, &CompareConfig::default())?;
     let points: Vec<(f64, f64)> = depths
         .iter()
         .zip(&result.integrators)

@@ -6,6 +6,8 @@ mod bad_use;
 mod checkpoint;
 #[path = "cli/compare.rs"]
 mod compare;
+#[path = "cli/experiment.rs"]
+mod experiment;
 #[path = "cli/merge.rs"]
 mod merge;
 #[path = "cli/new_plugin.rs"]

@@ -10,13 +10,10 @@ import pathlib
 import xml.etree.ElementTree as ET
 
 import numpy as np
+from common import Refused
 
 IOR = {"vacuum": 1.0, "air": 1.000277, "water": 1.3330, "bk7": 1.5046, "diamond": 2.419}
 SETTINGS = {"default", "integrator", "sensor", "bsdf", "shape"}
-
-
-class Refused(Exception):
-    """The scene has something that LuxCore has not, or not with the same meaning."""
 
 
 @dataclasses.dataclass
@@ -85,16 +82,6 @@ def write_sphere(path: pathlib.Path, centre: np.ndarray, radius: float, rings: i
     path.write_text("\n".join(lines) + "\n")
 
 
-def mirror_conductors(root: ET.Element) -> int:
-    """Makes every smooth conductor an ideal mirror, for all renderers; says how many."""
-    conductors = [b for b in root.iter("bsdf") if b.get("type") == "conductor"]
-    for bsdf in conductors:
-        for child in list(bsdf):
-            bsdf.remove(child)
-        ET.SubElement(bsdf, "string", name="material", value="none")
-    return len(conductors)
-
-
 def triple(e: ET.Element, default: float) -> np.ndarray:
     if e.get("value") is not None:
         values = numbers(e.get("value"))
@@ -154,7 +141,7 @@ def camera(sensor: ET.Element) -> tuple[list[str], int]:
     if np.linalg.det(m[:3, :3]) < 0:
         raise Refused("the sensor's to_world mirrors")
     origin, target, up = m[:3, 3], m[:3, 3] + m[:3, 2], m[:3, 1]
-    # LuxCore looks one row of pixels beside; see the film in luxcore.py.
+    # LuxCore looks one row of pixels beside; see the film in luxcore_adapter.py.
     row = 2 / size
     return [
         "scene.camera.type = perspective",
@@ -336,7 +323,7 @@ def bsdf(e: ET.Element, at: str, two_sided: bool) -> list[str]:
     if kind == "conductor":
         properties(e, {"material", "specular_reflectance"})
         if [c.get("value") for c in e.findall("string")] != ["none"]:
-            raise Refused("conductor other than the ideal mirror (material none; see --mirrors)")
+            raise Refused("conductor other than the ideal mirror (material none)")
         if not two_sided:
             raise Refused("conductor that is not twosided: LuxCore's mirror reflects on both sides")
         return [f"{at}.type = mirror", f"{at}.kr = {row3(colour(e, 'specular_reflectance', 1.0))}"]

@@ -22,6 +22,30 @@ pub enum Budget {
 }
 
 impl Budget {
+    /// Samples per pixel or seconds.
+    pub fn amount(self) -> f64 {
+        match self {
+            Budget::Samples(n) => n as f64,
+            Budget::Seconds(s) => s,
+        }
+    }
+
+    /// `factor` times as much.
+    pub fn times(self, factor: u64) -> Self {
+        match self {
+            Budget::Samples(n) => Budget::Samples(n.saturating_mul(factor)),
+            Budget::Seconds(s) => Budget::Seconds(s * factor as f64),
+        }
+    }
+
+    /// The budget with its unit: `16 spp`, `0.5 s`.
+    pub fn words(self) -> String {
+        match self {
+            Budget::Samples(n) => format!("{n} spp"),
+            Budget::Seconds(s) => format!("{s} s"),
+        }
+    }
+
     /// Share of the budget that is used up, in [0, 1].
     pub(crate) fn used(self, steps: u64, seconds: f64) -> f64 {
         let used = match self {

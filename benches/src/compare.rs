@@ -1,11 +1,67 @@
-//! Comparison of integrators: do they agree on what both can make, and how fast is each?
+//! A comparison of integrators on one scene in one call, and what it says, as tables and `--json` show it.
 
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use pathspace_core::Scene;
+use pathspace_core::integrator::Integrator;
 use pathspace_validation::json::number;
-use pathspace_validation::pairs::{Judgement, judge};
-use pathspace_validation::stats::{CompareConfig, StatsError, Verdict, efficiency};
+use pathspace_validation::pairs::{Judgement, unique_name};
+use pathspace_validation::stats::{CompareConfig, StatsError, Verdict};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
-use crate::replicate::{Arm, Replicates};
+use crate::analysis::{Questions, analyse};
+use crate::budget::Budget;
+use crate::experiment::{Contestant, ExperimentError, Plan, Setup, Store};
+
+/// What is compared.
+pub struct Contest {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The integrators.
+    pub integrators: Vec<Box<dyn Integrator>>,
+    /// Budget of one replicate.
+    pub budget: Budget,
+    /// Replicates of each integrator.
+    pub replicates: u32,
+    /// Seed from which those of the replicates are derived.
+    pub seed: u64,
+}
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// An integrator does not render the scene, or there is no place for temporary files.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
+    /// With fewer than two replicates, or means that are not finite.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
+}
+
+/// Renders all replicates on the current rayon pool and judges them, for programs that want figures and no files; [`Plan`] has several
+/// scenes and budgets, goes on after a stop, and tells where it is.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn compare(contest: Contest, tests: &CompareConfig) -> Result<Comparison, CompareError> {
+    let Contest { scene, integrators, budget, replicates, seed } = contest;
+    let mut contestants: Vec<(String, Contestant)> = Vec::new();
+    for integrator in integrators {
+        let name = unique_name(integrator.spec(), |n| contestants.iter().any(|c| c.0 == n));
+        contestants.push((name, Contestant::Own(integrator)));
+    }
+    let (name, hash, key) = ("scene".to_owned(), String::new(), String::new());
+    let setups = vec![Setup { name, hash, key, scene, contestants }];
+    let budgets = vec![budget];
+    let mut plan = Plan { setups, budgets, replicates, seed, threads: 0, failures: Vec::new() };
+    let store = Store::temporary().map_err(ExperimentError::from)?;
+    plan.run(&store, &mut |_| ControlFlow::Continue(()))?;
+    let questions = Questions { tests: *tests, ..Questions::default() };
+    Ok(analyse(&plan, &store, &plan.setups[0], None, &questions)?.comparison)
+}
 
 /// What one integrator reached. Figures of one replicate, averaged over replicates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -14,13 +70,16 @@ pub struct IntegratorSummary {
     pub integrator: String,
     /// Samples per pixel.
     pub spp: f64,
-    /// Wall-clock seconds of rendering, start-up of the integrator included.
+    /// Wall-clock seconds of rendering, start-up of the integrator included, loading and compiling of another renderer not.
     pub seconds: f64,
     /// Processor seconds of all threads.
     pub cpu_seconds: f64,
-    /// Mean over pixels and channels of the variance across replicates, over all that this integrator sees.
+    /// Seconds of another renderer for loading and compiling, in all replicates; 0 for ours.
+    pub startup_seconds: f64,
+    /// MSE over all that this integrator sees: mean over pixels and channels of the variance across replicates, or of the squared
+    /// error against a reference.
     pub mse: f64,
-    /// The same of variance / (mean² + ε).
+    /// The same of error / (mean² + ε).
     pub relmse: f64,
     /// 1 / (mse · seconds).
     pub efficiency: f64,
@@ -51,6 +110,12 @@ pub struct PairSummary {
     /// Efficiency of the first over that of the second on what both make.
     #[serde(deserialize_with = "number")]
     pub efficiency_ratio: f64,
+    /// Lower end of its 95 % interval.
+    #[serde(deserialize_with = "number")]
+    pub efficiency_ratio_low: f64,
+    /// Upper end of its 95 % interval.
+    #[serde(deserialize_with = "number")]
+    pub efficiency_ratio_high: f64,
 }
 
 /// All integrators and all pairs.
@@ -67,60 +132,4 @@ impl Comparison {
     pub fn any_differ(&self) -> bool {
         self.pairs.iter().any(|p| p.judgement.verdict == Verdict::Differ)
     }
-}
-
-/// Judges what an experiment gave.
-///
-/// # Errors
-/// With fewer than two replicates of an integrator, or means that are not finite.
-pub fn compare(replicates: &Replicates, config: &CompareConfig) -> Result<Comparison, StatsError> {
-    let arms = &replicates.arms;
-    let integrators = arms.iter().map(summarise).collect();
-    let mut pairs = Vec::new();
-    for i in 0..arms.len() {
-        for j in i + 1..arms.len() {
-            pairs.push(compare_pair(replicates, i, j, config)?);
-        }
-    }
-    Ok(Comparison { integrators, pairs })
-}
-
-fn summarise(arm: &Arm) -> IntegratorSummary {
-    let mse = arm.whole.mse();
-    let mut mean = [0.0; 3];
-    for p in arm.whole.mean() {
-        for c in 0..3 {
-            mean[c] += p[c] / arm.whole.mean().len() as f64;
-        }
-    }
-    IntegratorSummary {
-        integrator: arm.name().to_owned(),
-        spp: arm.average(|r| r.samples_per_pixel),
-        seconds: arm.seconds(),
-        cpu_seconds: arm.average(|r| r.spent.cpu_seconds),
-        mse,
-        relmse: arm.whole.relative_mse(),
-        efficiency: efficiency(mse, arm.seconds()),
-        replicates: arm.replicates.len(),
-        rays: arm.average(|r| r.rays as f64),
-        nonfinite: arm.replicates.iter().map(|r| r.nonfinite).sum(),
-        mean,
-        output: None,
-    }
-}
-
-fn compare_pair(
-    replicates: &Replicates,
-    i: usize,
-    j: usize,
-    config: &CompareConfig,
-) -> Result<PairSummary, StatsError> {
-    let (a, b) = (&replicates.arms[i], &replicates.arms[j]);
-    let (mse_a, mse_b) = (a.common[j].mse(), b.common[i].mse());
-    Ok(PairSummary {
-        judgement: judge(&a.observed, &b.observed, &replicates.tiles, config)?,
-        mse_a,
-        mse_b,
-        efficiency_ratio: (mse_b * b.seconds()) / (mse_a * a.seconds()),
-    })
 }

@@ -1,28 +1,44 @@
 //! Speed against error: how long an integrator works, and what it reaches in that time.
 //!
+//! ```text
+//! experiment ──cells──▶ analysis ──Results──▶ record: results.json, results.csv, pictures
+//!     │  ▲                 ▲
+//!     ▼  │                 │
+//!   budget, peers      metrics, reference
+//! ```
+//!
 //! | Question | Where |
 //! | --- | --- |
 //! | How long does a render go on? | [`budget`] |
 //! | How does it stop, and go on later or elsewhere? | [`session`], [`checkpoint`], [`shard`] |
 //! | How large is its error by now? | [`precision`] |
 //! | How is it looked at meanwhile? | [`preview`] |
-//! | How are renders of several integrators collected? | [`replicate`] |
-//! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`compare`] |
-//! | What does `results.json` hold? | [`results`] |
+//! | What is rendered, by whom, how often; how does it go on after a stop? | [`experiment`] |
+//! | How do other renderers take part? | [`peers`] |
+//! | How large is an error, and when is it small enough? | [`metrics`] |
+//! | What is it measured against? | [`reference`] |
+//! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`compare`] |
+//! | What does `results.json` hold, and what is written beside it? | [`results`], [`record`] |
 //! | How does it look? | [`report`] |
 //! | How does an image become a file? | [`output`] |
 //!
 //! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from another crate is treated as one of ours.
 
+pub mod analysis;
 pub mod budget;
 pub mod checkpoint;
 mod clock;
 pub mod compare;
+mod csv;
+pub mod experiment;
+pub mod metrics;
 mod moments;
 pub mod output;
+pub mod peers;
 pub mod precision;
 pub mod preview;
-pub mod replicate;
+pub mod record;
+pub mod reference;
 pub mod report;
 pub mod results;
 pub mod session;
@@ -30,6 +46,7 @@ pub mod shard;
 
 pub use budget::{Budget, Exposure, Status, expose};
 pub use clock::{Spent, Stopwatch};
+pub use csv::csv;
 pub use moments::ImageMoments;
 pub use precision::{Precision, RelativeError};
 pub use session::{Goal, Plan, Progress, Session};

@@ -119,7 +119,7 @@ pub struct Point {
     /// Processor seconds of a replicate, on average.
     #[serde(deserialize_with = "number")]
     pub cpu_seconds: f64,
-    /// Seconds that another renderer needed besides, once or on average, to load and compile; 0 for our own.
+    /// Seconds that another renderer needed besides, in all replicates, to load and compile; 0 for our own.
     #[serde(deserialize_with = "number")]
     pub startup_seconds: f64,
     /// Samples per pixel of a replicate, on average.

@@ -100,6 +100,11 @@ impl fmt::Display for Spec {
 }
 
 impl Spec {
+    /// The options as key and value, in the order in which they were given.
+    pub fn pairs(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.options.iter().map(|(key, value)| (key.as_str(), value.as_str()))
+    }
+
     /// Reads the options one by one; [`Options::finish`] refuses what is left.
     pub fn options(&self) -> Options<'_> {
         Options { spec: self, asked: Vec::new() }

@@ -24,8 +24,10 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Put the shards of a render together.
     Merge(MergeArgs),
-    /// Compare integrators on a scene: do they agree, and how fast are they?
-    Compare(CompareArgs),
+    /// Compare integrators on scenes: do they agree, and how fast are they?
+    Compare(Box<CompareArgs>),
+    /// Build a reference image from two integrators that agree.
+    Reference(ReferenceArgs),
     /// Hold integrators to each other and to exact answers: are they right?
     Validate(ValidateArgs),
     /// Write the page of a comparison again from its results.json.
@@ -40,6 +42,22 @@ pub(super) enum Command {
 pub(super) struct SceneArgs {
     /// Scene file in Mitsuba's XML, or the name of a library scene.
     pub(super) scene: String,
+    #[command(flatten)]
+    pub(super) options: SceneOptions,
+}
+
+/// Options read as if they stood in the arguments themselves.
+impl std::ops::Deref for SceneArgs {
+    type Target = SceneOptions;
+
+    fn deref(&self) -> &SceneOptions {
+        &self.options
+    }
+}
+
+/// What can be changed of a scene, and how it is rendered.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneOptions {
     /// Size of the film, such as 640x480; the horizontal angle of view stays.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(super) size: Option<(u32, u32)>,
@@ -93,15 +111,6 @@ impl GoalArgs {
             (None, seconds) => seconds.map(Budget::Seconds),
         };
         Goal { budget, error: self.error }
-    }
-}
-
-impl BudgetArgs {
-    pub(super) fn budget(&self) -> Budget {
-        match (self.spp, self.seconds) {
-            (_, Some(s)) => Budget::Seconds(s),
-            (n, None) => Budget::Samples(n.unwrap_or(1)),
-        }
     }
 }
 
@@ -161,17 +170,40 @@ pub(super) struct MergeArgs {
 
 #[derive(Clone, Debug, Args)]
 pub(super) struct CompareArgs {
+    /// Scene files in Mitsuba's XML, or names of library scenes.
+    #[arg(value_name = "SCENE", required_unless_present = "experiment")]
+    pub(super) scenes: Vec<String>,
+    /// Experiment as a TOML file, instead of everything but -o, --json, --threads and --references.
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["scenes", "integrators", "spp", "seconds", "sweep", "replicates",
+        "size", "crop", "max_depth", "define", "baseline", "target_error"])]
+    pub(super) experiment: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) scene: SceneArgs,
-    /// Integrator with its options; may be given again. All there are unless given.
+    pub(super) scene: SceneOptions,
+    /// Integrator with its options, or another renderer (mitsuba, luxcore, external); may be given again. All of our own unless given.
     #[arg(short, long = "integrator", value_name = "NAME[:key=value,…]")]
     pub(super) integrators: Vec<Spec>,
-    #[command(flatten)]
-    pub(super) budget: BudgetArgs,
-    /// Independent renders of each integrator.
-    #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    pub(super) replicates: u32,
-    /// Directory for the mean images.
+    /// Samples per pixel of each render.
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub(super) spp: Option<u64>,
+    /// Seconds of each render.
+    #[arg(long, value_name = "S", group = "budget", value_parser = seconds)]
+    pub(super) seconds: Option<f64>,
+    /// Budgets 2^A to 2^B times the one given, or samples per pixel where none is.
+    #[arg(long, value_name = "A..B")]
+    pub(super) sweep: Option<String>,
+    /// Independent renders of each integrator; 16 unless given.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub(super) replicates: Option<u32>,
+    /// Integrator that ratios are relative to; the first unless given.
+    #[arg(long, value_name = "NAME[:key=value,…]")]
+    pub(super) baseline: Option<Spec>,
+    /// Ask how long it takes to this relMSE.
+    #[arg(long, value_name = "E", value_parser = positive)]
+    pub(super) target_error: Option<f64>,
+    /// Folder of references that errors are measured against, where it has one of a scene; see 'pathspace reference'.
+    #[arg(long, value_name = "DIR")]
+    pub(super) references: Option<PathBuf>,
+    /// Directory for results and images; finished renders are kept there until all are done.
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
     /// Print one JSON object as the last line.
@@ -185,8 +217,9 @@ impl CompareArgs {
         let replicates = 16;
         let seconds = 40.0 / (f64::from(replicates) * integrators.max(1) as f64);
         CompareArgs {
-            scene: SceneArgs {
-                scene: "cornell-caustic".into(),
+            scenes: vec!["cornell-caustic".into()],
+            experiment: None,
+            scene: SceneOptions {
                 size: Some((128, 128)),
                 crop: None,
                 max_depth: None,
@@ -195,12 +228,47 @@ impl CompareArgs {
                 seed: 1,
             },
             integrators: Vec::new(),
-            budget: BudgetArgs { spp: None, seconds: Some(seconds) },
-            replicates,
+            spp: None,
+            seconds: Some(seconds),
+            sweep: None,
+            replicates: Some(replicates),
+            baseline: None,
+            target_error: None,
+            references: None,
             output: Some("out".into()),
             json: false,
         }
     }
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct ReferenceArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// The two integrators that have to agree.
+    #[arg(short, long = "integrator", value_name = "NAME[:key=value,…]", num_args = 1)]
+    pub(super) integrators: Vec<Spec>,
+    /// Go on until the relative error √relMSE of the reference is below this.
+    #[arg(long, value_name = "E", value_parser = positive, required_unless_present = "results")]
+    pub(super) error: Option<f64>,
+    /// Go on until the error is below a share of the smallest in this results.json.
+    #[arg(long = "for", value_name = "results.json", conflicts_with = "error")]
+    pub(super) results: Option<PathBuf>,
+    /// That share.
+    #[arg(long, value_name = "F", value_parser = positive, default_value_t = 0.1)]
+    pub(super) fraction: f64,
+    /// Seconds of one replicate.
+    #[arg(long, value_name = "S", value_parser = seconds, default_value_t = 1.0)]
+    pub(super) seconds: f64,
+    /// Give up after this many seconds of rendering.
+    #[arg(long, value_name = "S", value_parser = seconds, default_value_t = 3600.0)]
+    pub(super) limit: f64,
+    /// Folder of references.
+    #[arg(short, long, value_name = "DIR", default_value = "references")]
+    pub(super) output: PathBuf,
+    /// Print one JSON object as the last line.
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -280,14 +348,14 @@ pub(super) enum ScenesCommand {
     },
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let size = text
         .split_once(['x', 'X', '×'])
         .and_then(|(w, h)| Some((w.parse::<u32>().ok()?, h.parse::<u32>().ok()?)));
     size.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "expected WxH, such as 640x480".into())
 }
 
-fn crop(text: &str) -> Result<Crop, String> {
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),

@@ -1,4 +1,4 @@
-//! The command: `pathspace render`, `merge`, `compare`, `report`, `validate`, `scenes` and `new-plugin`.
+//! The command: `pathspace render`, `merge`, `compare`, `reference`, `report`, `validate`, `scenes` and `new-plugin`.
 //!
 //! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
 
@@ -11,6 +11,7 @@ mod merge;
 mod mutants;
 mod new_plugin;
 mod progress;
+mod reference;
 mod render;
 mod report;
 mod scene;
@@ -50,6 +51,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         Some(Command::Render(args)) => render::render(&registry, &args, &mut out),
         Some(Command::Merge(args)) => merge::merge(&args, &mut out),
         Some(Command::Compare(args)) => compare::compare(&registry, &args, &mut out),
+        Some(Command::Reference(args)) => reference::reference(&registry, &args, &mut out),
         Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
         Some(Command::Report(args)) => report::report(&args, &mut out),
         Some(Command::Scenes(args)) => scenes::scenes(&args, &mut out),

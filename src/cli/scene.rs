@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use pathspace_core::Scene;
-use pathspace_core::description::Crop;
+use pathspace_core::description::{Crop, FilterKind};
 use pathspace_core::integrator::Integrator;
 use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec};
@@ -16,8 +16,13 @@ use super::say;
 
 /// A scene with what its file and the command line say about rendering it.
 pub(super) struct Prepared {
+    /// Name in the library, or of the file.
+    pub(super) name: String,
     pub(super) scene: Arc<Scene>,
+    /// Hash of its content.
     pub(super) hash: String,
+    /// The hash with what was changed of film, filter and depth.
+    pub(super) key: String,
     /// Name of the integrator that the file asks for; path tracing where it does not.
     pub(super) integrator: Spec,
     pub(super) defaults: Defaults,
@@ -25,6 +30,11 @@ pub(super) struct Prepared {
 
 /// Reads, adjusts and builds the scene; warnings of the reader go to stderr.
 pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
+    prepare_with(args, false)
+}
+
+/// [`prepare`] with the box filter, which all renderers share, where asked for.
+pub(super) fn prepare_with(args: &SceneArgs, box_filter: bool) -> Result<Prepared> {
     let mut loaded = load(args)?;
     for warning in &loaded.warnings {
         say(&format!("warning: {warning}"));
@@ -37,6 +47,10 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
     if let Some(crop) = args.crop {
         film.crop = crop;
     }
+    if box_filter {
+        film.filter = FilterKind::Box;
+    }
+    let film = *film;
     let scene = Scene::new(&loaded.description).map_err(|e| anyhow!("{}: {e}", args.scene))?;
     let file = loaded.defaults;
     let max_length = match args.max_depth {
@@ -45,7 +59,9 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
     };
     let name = file.integrator.unwrap_or_else(|| "pt".into());
     Ok(Prepared {
+        name: loaded.name,
         scene: Arc::new(scene),
+        key: format!("{} {film:?} {max_length:?}", loaded.hash),
         hash: loaded.hash,
         integrator: name.parse()?,
         defaults: Defaults { rules: WalkRules { max_length, rr_depth: file.rr_depth } },

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use pathspace_core::description::FilmDescription;
 use thiserror::Error;
 
-pub use png::exposure;
+pub use png::{exposure, tone_map};
 pub use sheet::{Weighting, technique_sheet};
 use whole::{probe, write_whole};
 

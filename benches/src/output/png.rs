@@ -42,7 +42,7 @@ pub(super) fn encode(picture: &Picture<'_>, exposure: f64) -> io::Result<Vec<u8>
 }
 
 /// Radiance times exposure as an sRGB colour of 8 bits.
-pub(super) fn tone_map(radiance: [f64; 3], exposure: f64) -> [u8; 3] {
+pub fn tone_map(radiance: [f64; 3], exposure: f64) -> [u8; 3] {
     radiance.map(|v| to_byte(tone(v * exposure)))
 }
 

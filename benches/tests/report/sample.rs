@@ -206,6 +206,8 @@ fn pair(a: &str, b: &str, verdict: Verdict) -> PairSummary {
         mse_a: 0.01,
         mse_b: 0.02,
         efficiency_ratio: 0.5,
+        efficiency_ratio_low: 0.4,
+        efficiency_ratio_high: 0.6,
     }
 }
 

@@ -148,8 +148,8 @@ impl Tiles {
         }
     }
 
-    /// Mean luminance of each tile.
-    fn means(&self, image: &[[f64; 3]]) -> Vec<f64> {
+    /// Mean luminance of each tile of an image, rows from top to bottom.
+    pub fn means(&self, image: &[[f64; 3]]) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.count()];
         self.for_each(|tile, pixel| {
             sums[tile].0 += luminance(&image[pixel]);

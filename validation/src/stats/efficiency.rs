@@ -55,6 +55,65 @@ pub fn efficiency_ratio(
     Ok(Estimate { value: ln.exp(), low: (ln - half).exp(), high: (ln + half).exp() })
 }
 
+/// Mean of the costs or errors of replicates with its interval, ln x̄ ± t_{1−α/2}·cv/√K.
+///
+/// On the logarithm, as in [`efficiency_ratio`]. Where the mean is not positive, which says only that it is small, x̄ ± t·s/√K.
+///
+/// # Errors
+/// On fewer than 2 replicates.
+pub fn mean_interval(x: &[f64], confidence: f64) -> Result<Estimate, StatsError> {
+    open_unit("confidence", confidence)?;
+    let m = Moments::of(x)?;
+    let t = student_quantile(0.5 + 0.5 * confidence, (m.n - 1) as f64)?;
+    if m.mean > 0.0 {
+        let spread = (t * m.cv() / (m.n as f64).sqrt()).exp();
+        return Ok(Estimate { value: m.mean, low: m.mean / spread, high: m.mean * spread });
+    }
+    let half = t * m.squared_error().sqrt();
+    Ok(Estimate { value: m.mean, low: m.mean - half, high: m.mean + half })
+}
+
+/// Slope of ln ē against ln budget, with ē_j the mean over the errors of independent replicates at budget j.
+///
+/// By least squares the slope is Σ w_j ln ē_j with w_j = (x_j − x̄)/Σ(x − x̄)². Its variance is Σ w_j² cv_j²/K_j, because the
+/// budgets have replicates of their own; degrees of freedom after Welch and Satterthwaite. Unlike [`log_log_slope`] it knows
+/// the noise of each point, so that two budgets are enough and a bend is no noise.
+///
+/// # Errors
+/// On fewer than 2 budgets or 2 replicates, equal budgets only, and mean errors that are not positive.
+pub fn replicate_slope(
+    budget: &[f64],
+    errors: &[&[f64]],
+    confidence: f64,
+) -> Result<Estimate, StatsError> {
+    open_unit("confidence", confidence)?;
+    same_length("budgets and errors", budget.len(), errors.len())?;
+    let moments = errors.iter().map(|e| Moments::of(e)).collect::<Result<Vec<_>, _>>()?;
+    let x = logarithms("budget", budget)?;
+    let y = logarithms("mean error", &moments.iter().map(|m| m.mean).collect::<Vec<_>>())?;
+    let mx = Moments::of(&x)?;
+    if mx.variance == 0.0 {
+        let expected = "budgets that differ";
+        return Err(StatsError::OutOfRange { what: "budget", value: budget[0], expected });
+    }
+    let sxx = mx.variance * (x.len() - 1) as f64;
+    let w = x.iter().map(|x| (x - mx.mean) / sxx);
+    let slope = w.clone().zip(&y).map(|(w, y)| w * y).sum::<f64>();
+    let parts: Vec<(f64, usize)> =
+        w.zip(&moments).map(|(w, m)| ((w * m.cv()).powi(2) / m.n as f64, m.n)).collect();
+    let se = parts.iter().map(|p| p.0).sum::<f64>().sqrt();
+    let df = super::welch::satterthwaite(&parts);
+    let half = student_quantile(0.5 + 0.5 * confidence, df)? * se;
+    Ok(Estimate { value: slope, low: slope - half, high: slope + half })
+}
+
+fn logarithms(what: &'static str, values: &[f64]) -> Result<Vec<f64>, StatsError> {
+    match values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+        Some(&value) => Err(StatsError::OutOfRange { what, value, expected: "a positive number" }),
+        None => Ok(values.iter().map(|v| v.ln()).collect()),
+    }
+}
+
 /// Slope of ln `error` against ln `budget` by least squares, with its t interval of n−2 degrees of
 /// freedom.
 ///
@@ -69,16 +128,7 @@ pub fn log_log_slope(
     open_unit("confidence", confidence)?;
     same_length("budgets and errors", budget.len(), error.len())?;
     at_least("points of the curve", 3, budget.len())?;
-    let logs = |what, values: &[f64]| -> Result<Vec<f64>, StatsError> {
-        let bad = values.iter().find(|v| !(**v > 0.0 && v.is_finite()));
-        match bad {
-            Some(&value) => {
-                Err(StatsError::OutOfRange { what, value, expected: "a positive number" })
-            }
-            None => Ok(values.iter().map(|v| v.ln()).collect()),
-        }
-    };
-    let (x, y) = (logs("budget", budget)?, logs("error", error)?);
+    let (x, y) = (logarithms("budget", budget)?, logarithms("error", error)?);
     let (mx, my) = (Moments::of(&x)?, Moments::of(&y)?);
     if mx.variance == 0.0 {
         let expected = "budgets that differ";
@@ -140,6 +190,41 @@ mod tests {
         }
         let (low, high) = binomial_interval(covered, runs, 0.999).unwrap();
         assert!(low <= 0.9 && 0.9 <= high, "{covered} of {runs}");
+    }
+
+    #[test]
+    fn slope_of_replicates_is_covered_at_its_confidence() {
+        let mut source = Source::new(27);
+        let budget = [1.0, 2.0, 4.0, 8.0];
+        let (runs, mut covered) = (2000, 0);
+        for _ in 0..runs {
+            let errors: Vec<Vec<f64>> =
+                budget.iter().map(|n| source.normals(8, 3.0 / n, 0.6 / n)).collect();
+            let views: Vec<&[f64]> = errors.iter().map(Vec::as_slice).collect();
+            let s = replicate_slope(&budget, &views, 0.95).unwrap();
+            covered += u64::from(s.low <= -1.0 && -1.0 <= s.high);
+        }
+        let (low, high) = binomial_interval(covered, runs, 0.999).unwrap();
+        assert!(low <= 0.95 && 0.95 <= high, "{covered} of {runs}");
+    }
+
+    #[test]
+    fn slope_of_replicates_by_hand() {
+        // Two budgets: slope = ln(ē₂/ē₁)/ln 4 = ln(1/4)/ln 4; Var = (cv₁² + cv₂²)/2/ln²4 with cv² = 2·(0.5/2)² and 0.
+        let s = replicate_slope(&[1.0, 4.0], &[&[1.5, 2.5], &[0.5, 0.5]], 0.95).unwrap();
+        close(s.value, -1.0, 1e-12);
+        let se = (0.125f64 / 2.0).sqrt() / 4f64.ln();
+        close(s.high - s.value, 12.7062 * se, 1e-4);
+    }
+
+    #[test]
+    fn intervals_of_means_are_even_on_the_logarithm() {
+        let e = mean_interval(&[1.0, 3.0], 0.95).unwrap();
+        // cv/√K = √2/2/√2.
+        close(e.high, 2.0 * (12.7062f64 * 0.5).exp(), 1e-3);
+        close(e.low * e.high, 4.0, 1e-12);
+        let e = mean_interval(&[-1.0, 0.5], 0.95).unwrap();
+        close(e.high - e.low, 2.0 * 12.7062 * 0.75, 1e-4);
     }
 
     #[test]

@@ -107,6 +107,60 @@ pub fn trimmed_mean(map: &[f64], fraction: f64) -> Result<f64, StatsError> {
     mean(&sorted[..keep])
 }
 
+/// The replicates of one arm as references for each other.
+///
+/// For replicate r and pixel value A_r the squared error is estimated by the mean of (A_r−A_i)(A_r−A_j) over all pairs i<j of
+/// other replicates: the two-reference form of [`squared_error_halves`] over all splits. With d_i = A_i − Ā this is
+/// (K(K−1)d_r² − Σd²)/((K−1)(K−2)).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Others {
+    count: f64,
+    mean: Vec<f64>,
+    squares: Vec<f64>,
+}
+
+impl Others {
+    /// Sums over the replicates.
+    ///
+    /// # Errors
+    /// On fewer than 3 replicates, other lengths and non-finite values.
+    pub fn of<T: Copy + Into<f64>>(replicates: &[&[T]]) -> Result<Self, StatsError> {
+        at_least("replicates", 3, replicates.len())?;
+        let pixels = replicates[0].len();
+        at_least("pixels", 1, pixels)?;
+        for r in replicates {
+            same_length("images of replicates", pixels, r.len())?;
+        }
+        let count = replicates.len() as f64;
+        let values = |i: usize| replicates.iter().map(move |r| -> f64 { r[i].into() });
+        let mean: Vec<f64> = (0..pixels).map(|i| values(i).sum::<f64>() / count).collect();
+        all_finite("images of replicates", &mean)?;
+        let square = |i: usize| values(i).map(|v| (v - mean[i]).powi(2)).sum();
+        let squares = (0..pixels).map(square).collect();
+        Ok(Others { count, mean, squares })
+    }
+
+    /// The mean over the replicates.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// Map of the squared error of one of the replicates; entries may be negative.
+    ///
+    /// # Errors
+    /// On another length.
+    pub fn map<T: Copy + Into<f64>>(&self, replicate: &[T]) -> Result<Vec<f64>, StatsError> {
+        same_length("images of replicates", self.mean.len(), replicate.len())?;
+        let (n, pairs) = (self.count, (self.count - 1.0) * (self.count - 2.0));
+        let pixels = replicate.iter().zip(self.mean.iter().zip(&self.squares));
+        let error = |(&a, (m, s)): (&T, (&f64, &f64))| {
+            let d = a.into() - m;
+            (n * (n - 1.0) * d * d - s) / pairs
+        };
+        Ok(pixels.map(error).collect())
+    }
+}
+
 /// Errors of single replicates of one arm, estimated from the replicates alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReplicateErrors {
@@ -130,67 +184,44 @@ pub struct ReplicateErrors {
 
 /// Error of the replicates of one unbiased arm, without any reference.
 ///
-/// For replicate r and pixel value A_r the estimate is the mean of (A_r−A_i)(A_r−A_j) over all
-/// pairs i<j of other replicates, ([Σ(A_r−A_i)]² − Σ(A_r−A_i)²)/((K−1)(K−2)): the two-reference
-/// form of [`squared_error_halves`] over all splits. Its mean over r is exactly the unbiased
-/// variance over replicates. It sees noise and no bias, which is what tests on means are for. The
-/// estimates of different r share data, so their spread is right to O(1/K). Fails on fewer than 3
-/// replicates, other lengths and non-finite values.
+/// The estimate for one replicate is the mean of its map of [`Others`]. Its mean over r is exactly
+/// the unbiased variance over replicates. It sees noise and no bias, which is what tests on means
+/// are for. The estimates of different r share data, so their spread is right to O(1/K). Fails on
+/// fewer than 3 replicates, other lengths and non-finite values.
 pub fn replicate_errors<T: Copy + Into<f64>>(
     replicates: &[&[T]],
 ) -> Result<ReplicateErrors, StatsError> {
-    let k = replicates.len();
-    at_least("replicates", 3, k)?;
-    let pixels = replicates[0].len();
-    at_least("pixels", 1, pixels)?;
-    for r in replicates {
-        same_length("images of replicates", pixels, r.len())?;
+    let others = Others::of(replicates)?;
+    let per_replicate =
+        replicates.iter().map(|r| mean(&others.map(r)?)).collect::<Result<Vec<_>, _>>()?;
+    ReplicateErrors::from_errors(per_replicate)
+}
+
+impl ReplicateErrors {
+    /// Mean, quantiles and firefly index of the errors of single replicates, however they were measured.
+    ///
+    /// # Errors
+    /// On fewer than 2 replicates and non-finite errors.
+    pub fn from_errors(per_replicate: Vec<f64>) -> Result<Self, StatsError> {
+        all_finite("errors of replicates", &per_replicate)?;
+        let moments = Moments::of(&per_replicate)?;
+        let mut sorted = per_replicate.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = quantile(&sorted, 0.5);
+        Ok(ReplicateErrors {
+            mse: moments.mean,
+            median,
+            q90: quantile(&sorted, 0.9),
+            max: sorted[sorted.len() - 1],
+            cv: moments.cv(),
+            firefly_index: match (moments.mean, median) {
+                (0.0, _) => 1.0,
+                (mean, median) if median > 0.0 => mean / median,
+                _ => f64::INFINITY,
+            },
+            per_replicate,
+        })
     }
-    let n = k as f64;
-    let mut totals = vec![0.0; k];
-    let mut centred = vec![0.0; k];
-    for i in 0..pixels {
-        let mut sum = 0.0;
-        for (c, r) in centred.iter_mut().zip(replicates) {
-            *c = r[i].into();
-            sum += *c;
-        }
-        let mean = sum / n;
-        let mut square = 0.0;
-        let mut rest = 0.0;
-        for c in &mut centred {
-            *c -= mean;
-            square += *c * *c;
-            rest += *c;
-        }
-        for (total, &d) in totals.iter_mut().zip(&centred) {
-            // With d_i = A_i − mean: Σ_i (d_r−d_i) = K d_r − Σd, Σ_i (d_r−d_i)² = K d_r² − 2 d_r Σd
-            // + Σd².
-            let s = n * d - rest;
-            let q = n * d * d - 2.0 * d * rest + square;
-            *total += s * s - q;
-        }
-    }
-    let scale = 1.0 / ((n - 1.0) * (n - 2.0) * pixels as f64);
-    let per_replicate: Vec<f64> = totals.iter().map(|t| t * scale).collect();
-    all_finite("images of replicates", &per_replicate)?;
-    let moments = Moments::of(&per_replicate)?;
-    let mut sorted = per_replicate.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = quantile(&sorted, 0.5);
-    Ok(ReplicateErrors {
-        mse: moments.mean,
-        median,
-        q90: quantile(&sorted, 0.9),
-        max: sorted[k - 1],
-        cv: moments.cv(),
-        firefly_index: match (moments.mean, median) {
-            (0.0, _) => 1.0,
-            (mean, median) if median > 0.0 => mean / median,
-            _ => f64::INFINITY,
-        },
-        per_replicate,
-    })
 }
 
 /// Quantile of sorted values by linear interpolation at (n−1)q (type 7 of Hyndman & Fan 1996).

@@ -13,7 +13,7 @@
 //! | Has a Markov chain mixed? (reports only) | [`geyer_time`], [`batch_means`], [`rank_rhat`] |
 //! | What do many results say together? | [`p_histogram`], [`geometric_mean`], [`binomial_interval`] |
 //! | How large is the error of an image? | [`error`] |
-//! | … and at what cost? | [`efficiency()`], [`efficiency_ratio`], [`log_log_slope`] |
+//! | … and at what cost? | [`efficiency()`], [`efficiency_ratio`], [`replicate_slope`] |
 //!
 //! The unit of observation is the *replicate mean*: the mean of one cell (a path length, a tile,
 //! the whole image) over one whole render with a seed of its own. Replicates are independent for
@@ -51,7 +51,9 @@ pub use decide::{Claim, Gates, Reason, Rule, Verdict, decide};
 pub use dist::{
     binomial_interval, chi_squared_sf, normal_quantile, normal_sf, student_quantile, student_sf,
 };
-pub use efficiency::{Estimate, efficiency, efficiency_ratio, log_log_slope};
+pub use efficiency::{
+    Estimate, efficiency, efficiency_ratio, log_log_slope, mean_interval, replicate_slope,
+};
 pub use fault::StatsError;
 pub use gandy_scott::{GandyScott, Round};
 pub use max_t::{MaxT, PermutationConfig, Statistic, max_t};

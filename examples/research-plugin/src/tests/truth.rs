@@ -1,10 +1,9 @@
 //! Images: exact answers, the integrators that come with pathspace, threads and resumption.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pathspace::benches::Budget;
-use pathspace::benches::replicate::{self, Experiment};
+use pathspace::benches::compare::{Contest, compare};
 use pathspace::core::Scene;
 use pathspace::core::film::{Film, Layers};
 use pathspace::core::integrator::Integrator;
@@ -57,11 +56,8 @@ fn agree(name: &str, res: u32, specs: &[&str], spp: u64) {
     let integrators: Vec<Box<dyn Integrator>> =
         specs.iter().map(|s| registry().create(&s.parse().unwrap(), &defaults).unwrap()).collect();
     let budget = Budget::Samples(spp);
-    let experiment =
-        Experiment { scene, integrators: &integrators, budget, replicates: 16, seed: 9 };
-    let replicates = replicate::run(&experiment, &mut |_| ControlFlow::Continue(())).unwrap();
-    let comparison =
-        pathspace::benches::compare::compare(&replicates, &CompareConfig::default()).unwrap();
+    let contest = Contest { scene, integrators, budget, replicates: 16, seed: 9 };
+    let comparison = compare(contest, &CompareConfig::default()).unwrap();
     for pair in comparison.pairs.iter().map(|p| &p.judgement) {
         println!(
             "{name}: {} and {}: {:?}, p {}, mdb {}",

@@ -1,0 +1,171 @@
+//! From cells to results: errors, efficiencies, slopes and verdicts.
+
+mod arm;
+mod overall;
+mod pair;
+#[cfg(test)]
+mod tests;
+
+use pathspace_core::film::Families;
+use pathspace_validation::stats::{CompareConfig, StatsError};
+
+use crate::compare::{Comparison, IntegratorSummary};
+use crate::experiment::{Plan, Setup, Store};
+use crate::metrics::Against;
+use crate::reference::ReferenceImage;
+use crate::results::{ArmResults, Images, Ratio, SceneResults};
+
+pub use overall::overall;
+
+/// What is asked besides.
+#[derive(Clone, Debug, Default)]
+pub struct Questions {
+    /// Name of the integrator that ratios are relative to; the first where it is none of the scene.
+    pub baseline: Option<String>,
+    /// relMSE whose time is asked for.
+    pub target_error: Option<f64>,
+    /// Level and limits of the tests.
+    pub tests: CompareConfig,
+}
+
+/// One scene, analysed.
+#[derive(Clone, Debug)]
+pub struct Analysed {
+    /// As `results.json` has it, without pictures.
+    pub results: SceneResults,
+    /// As the table has it: the largest budget.
+    pub comparison: Comparison,
+    /// Who met contributions that were not finite: name, count, how to make the first again.
+    pub nonfinite: Vec<(String, u64, Option<String>)>,
+}
+
+/// Analyses the finished replicates of one scene. Integrators without two replicates at the largest budget are left out.
+///
+/// # Errors
+/// Where no integrator has two replicates, or means are not finite.
+pub fn analyse(
+    plan: &Plan,
+    store: &Store,
+    setup: &Setup,
+    reference: Option<&ReferenceImage>,
+    questions: &Questions,
+) -> Result<Analysed, StatsError> {
+    let scene = Scene { plan, store, setup, reference };
+    let mut arms = Vec::new();
+    let mut integrators = Vec::new();
+    let mut nonfinite = Vec::new();
+    let mut taking_part = Vec::new();
+    let mut fewest = usize::MAX;
+    for index in 0..setup.contestants.len() {
+        let finished = scene.cells_of(index).len();
+        fewest = fewest.min(finished);
+        if finished < 2 {
+            continue;
+        }
+        let arm = arm::analyse(&scene, index, questions.target_error)?;
+        if arm.summary.nonfinite > 0 {
+            let name = arm.summary.integrator.clone();
+            nonfinite.push((name, arm.summary.nonfinite, arm.nonfinite_example));
+        }
+        taking_part.push(index);
+        integrators.push(arm.summary);
+        arms.push(arm.results);
+    }
+    if arms.is_empty() {
+        return Err(StatsError::TooFew { what: "replicates", need: 2, got: fewest.min(1) });
+    }
+    let mut pairs = Vec::new();
+    let light = pair::light_of_families(&scene, &taking_part);
+    for (n, &i) in taking_part.iter().enumerate() {
+        for &j in &taking_part[n + 1..] {
+            pairs.push(pair::compare(&scene, i, j, &light, &questions.tests)?);
+        }
+    }
+    let asked = questions.baseline.as_deref();
+    let baseline = arms.iter().position(|a| Some(a.integrator.as_str()) == asked).unwrap_or(0);
+    relate(&mut arms, &pairs, baseline);
+    let crop = setup.scene.film().crop;
+    let results = SceneResults {
+        name: setup.name.clone(),
+        hash: setup.hash.clone(),
+        width: crop.width,
+        height: crop.height,
+        reference: reference.map(ReferenceImage::summary),
+        arms,
+        pairs: pairs.clone(),
+    };
+    Ok(Analysed { results, comparison: Comparison { integrators, pairs }, nonfinite })
+}
+
+/// Puts the ratios to the baseline into the arms.
+fn relate(arms: &mut [ArmResults], pairs: &[crate::compare::PairSummary], baseline: usize) {
+    let name = arms[baseline].integrator.clone();
+    for arm in arms.iter_mut().filter(|a| a.integrator != name) {
+        arm.ratio = pairs.iter().find_map(|p| {
+            let (value, low, high) =
+                (p.efficiency_ratio, p.efficiency_ratio_low, p.efficiency_ratio_high);
+            let baseline = name.clone();
+            if (&p.judgement.a, &p.judgement.b) == (&arm.integrator, &name) {
+                Some(Ratio { baseline, value, low, high })
+            } else if (&p.judgement.b, &p.judgement.a) == (&arm.integrator, &name) {
+                Some(Ratio { baseline, value: 1.0 / value, low: 1.0 / high, high: 1.0 / low })
+            } else {
+                None
+            }
+        });
+        // An exact image, or nothing in common.
+        arm.ratio = arm.ratio.take().filter(|r| r.value.is_finite() && r.value > 0.0);
+    }
+}
+
+/// One scene of an experiment with its finished cells.
+struct Scene<'a> {
+    plan: &'a Plan,
+    store: &'a Store,
+    setup: &'a Setup,
+    reference: Option<&'a ReferenceImage>,
+}
+
+impl Scene<'_> {
+    /// The finished replicates of an integrator at the largest budget.
+    fn cells_of(&self, index: usize) -> Vec<crate::experiment::Cell> {
+        let budget = self.plan.budgets[self.plan.budgets.len() - 1];
+        self.plan.cells(self.store, self.setup, &self.setup.contestants[index].0, budget)
+    }
+
+    fn families(&self, index: usize) -> Families {
+        self.setup.contestants[index].1.families(&self.setup.scene)
+    }
+}
+
+/// The part of a reference that both of two can make, as what errors are measured against.
+struct Yardstick(Option<[Vec<f32>; 2]>);
+
+impl Yardstick {
+    fn of(scene: &Scene<'_>, a: Families, b: Families) -> Self {
+        Yardstick(scene.reference.map(|r| r.halves(a, b)))
+    }
+
+    fn against(&self) -> Against<'_> {
+        match &self.0 {
+            Some([one, two]) => Against::Halves(one, two),
+            None => Against::Replicates,
+        }
+    }
+}
+
+/// An empty set of pictures, to be filled by [`crate::record`].
+fn no_pictures() -> Images {
+    Images::default()
+}
+
+fn average<T>(items: &[T], f: impl Fn(&T) -> f64) -> f64 {
+    items.iter().map(f).sum::<f64>() / items.len() as f64
+}
+
+/// What [`arm::analyse`] finds.
+struct Arm {
+    results: ArmResults,
+    summary: IntegratorSummary,
+    nonfinite_example: Option<String>,
+}

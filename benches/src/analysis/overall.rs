@@ -1,0 +1,35 @@
+//! All scenes together.
+
+use pathspace_validation::stats::geometric_mean;
+
+use crate::results::{Overall, SceneResults};
+
+const RESAMPLES: usize = 9999;
+
+/// Geometric mean over scenes of the ratio of efficiencies to the baseline, with a bootstrap over scenes.
+///
+/// Integrators with a ratio in two scenes at least take part, in the order in which they come first. With a handful of scenes the
+/// interval is too narrow; it says nothing of scenes of another kind.
+pub fn overall(scenes: &[SceneResults]) -> Vec<Overall> {
+    let mut found: Vec<(String, String, Vec<f64>)> = Vec::new();
+    for arm in scenes.iter().flat_map(|s| &s.arms) {
+        let Some(ratio) = &arm.ratio else { continue };
+        let same = |(name, baseline, _): &&mut (String, String, Vec<f64>)| {
+            *name == arm.integrator && *baseline == ratio.baseline
+        };
+        match found.iter_mut().find(same) {
+            Some((_, _, values)) => values.push(ratio.value),
+            None => {
+                let names = (arm.integrator.clone(), ratio.baseline.clone());
+                found.push((names.0, names.1, vec![ratio.value]));
+            }
+        }
+    }
+    let mean = |(integrator, baseline, values): (String, String, Vec<f64>)| {
+        let g = geometric_mean(&values, 0.95, RESAMPLES, 1).ok()?;
+        let (geometric_mean, low, high) = (g.value, g.low, g.high);
+        let scenes = values.len();
+        Some(Overall { integrator, baseline, geometric_mean, low, high, scenes })
+    };
+    found.into_iter().filter_map(mean).collect()
+}

@@ -1,0 +1,219 @@
+//! What a comparison prints: tables for people, one object for programs.
+
+use std::io::Write;
+
+use anyhow::Result;
+use pathspace_benches::compare::{Comparison, PairSummary};
+use pathspace_benches::results::{Overall, SceneResults};
+use pathspace_validation::pairs::LengthSummary;
+use pathspace_validation::stats::Reason;
+use serde::Serialize;
+
+use super::super::table::{Table, figure, p_value, percent};
+
+/// What `--json` prints of a scene; see docs/json.md.
+#[derive(Debug, Serialize)]
+pub(super) struct Report<'a> {
+    pub(super) scene: &'a str,
+    pub(super) scene_hash: &'a str,
+    pub(super) seed: u64,
+    pub(super) threads: usize,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) replicates: usize,
+    pub(super) complete: bool,
+    #[serde(flatten)]
+    pub(super) comparison: &'a Comparison,
+    pub(super) version: &'a str,
+}
+
+/// The tables of one scene.
+pub(super) fn tell(
+    report: &Report<'_>,
+    against_reference: bool,
+    out: &mut dyn Write,
+) -> Result<()> {
+    if !report.complete {
+        writeln!(out, "interrupted: what follows is from {} replicates", report.replicates)?;
+    }
+    writeln!(
+        out,
+        "{}: {}×{}, {} replicates of each integrator, seed {}, {} threads\n",
+        report.scene, report.width, report.height, report.replicates, report.seed, report.threads
+    )?;
+    let mut table = Table::new(
+        &["integrator", "spp", "seconds", "cpu s", "MSE", "relMSE", "efficiency", "Mrays/s"],
+        &[0],
+    );
+    for i in &report.comparison.integrators {
+        table.row(vec![
+            i.integrator.clone(),
+            figure(i.spp),
+            figure(i.seconds),
+            figure(i.cpu_seconds),
+            figure(i.mse),
+            figure(i.relmse),
+            figure(i.efficiency),
+            figure(i.rays / i.seconds / 1e6),
+        ]);
+    }
+    table.write("", out)?;
+    let error = if against_reference {
+        "the squared error against the reference"
+    } else {
+        "the variance across replicates"
+    };
+    writeln!(
+        out,
+        "Figures of one replicate. MSE is {error}, averaged over the pixels of all that the\n\
+         integrator can make; efficiency is 1/(MSE·seconds)."
+    )?;
+    let slow: Vec<String> = (report.comparison.integrators.iter())
+        .filter(|i| i.startup_seconds > 0.0)
+        .map(|i| format!("{} {} s", i.integrator, figure(i.startup_seconds)))
+        .collect();
+    if !slow.is_empty() {
+        writeln!(out, "Loading and compiling, not counted: {}.", slow.join(", "))?;
+    }
+    for pair in &report.comparison.pairs {
+        tell_pair(pair, out)?;
+    }
+    Ok(())
+}
+
+fn tell_pair(summary: &PairSummary, out: &mut dyn Write) -> Result<()> {
+    let pair = &summary.judgement;
+    let (a, b, verdict) = (&pair.a, &pair.b, pair.verdict);
+    writeln!(out, "\n{a} and {b}: {}", verdict.as_str().to_uppercase())?;
+    for u in &pair.unseen {
+        writeln!(
+            out,
+            "  {} can not make {} of {}'s image ({}): left out here",
+            u.integrator,
+            percent(u.fraction),
+            u.of,
+            u.reason
+        )?;
+    }
+    if pair.image.reason == Reason::BothZero && pair.lengths.is_empty() {
+        writeln!(out, "  there is no light that both can make and that can be told apart")?;
+        return Ok(());
+    }
+    let mean_a = format!("mean {a}");
+    let mean_b = format!("mean {b}");
+    let mut table =
+        Table::new(&["path length", &mean_a, &mean_b, "p", "detectable bias", "verdict"], &[0, 5]);
+    let size = |l: &LengthSummary| l.mean_a.abs().max(l.mean_b.abs());
+    let mut dim = Vec::new();
+    for l in &pair.lengths {
+        let shown = size(l) >= 1e-3 * size(&pair.image);
+        if !shown && l.verdict.as_str() != "differ" {
+            dim.push(l);
+            continue;
+        }
+        table.row(cells(l));
+    }
+    table.row(cells(&pair.image));
+    table.write("  ", out)?;
+    if !dim.is_empty() {
+        let share = dim.iter().map(|l| size(l)).sum::<f64>() / size(&pair.image);
+        writeln!(
+            out,
+            "  and {} more with {} of the light, none of which differs",
+            dim.len(),
+            percent(share)
+        )?;
+    }
+    if let Some(t) = &pair.tiles {
+        writeln!(
+            out,
+            "  {}×{} tiles by kind of path, merged to {} groups: p = {}, {}",
+            t.columns,
+            t.rows,
+            t.groups,
+            p_value(t.p),
+            t.verdict
+        )?;
+    }
+    let interval = if summary.efficiency_ratio_low.is_finite() {
+        let ends = [summary.efficiency_ratio_low, summary.efficiency_ratio_high];
+        format!(" [{}, {}]", figure(ends[0]), figure(ends[1]))
+    } else {
+        String::new()
+    };
+    writeln!(
+        out,
+        "  efficiency of {a} over {b} on what both make: {}{interval}",
+        figure(summary.efficiency_ratio)
+    )?;
+    Ok(())
+}
+
+fn cells(l: &LengthSummary) -> Vec<String> {
+    let why = match l.reason {
+        Reason::BothZero => " (no light)",
+        Reason::Resolved | Reason::Significant => "",
+        Reason::TooNoisy => " (noise)",
+        Reason::NeverSampled => " (one never finds it)",
+        Reason::FewContributions => " (too few hits to judge)",
+        Reason::HeavyTail => " (infinite variance)",
+    };
+    vec![
+        l.length.map_or("image".into(), |k| k.to_string()),
+        figure(l.mean_a),
+        figure(l.mean_b),
+        p_value(l.p),
+        percent(l.mdb),
+        format!("{}{why}", l.verdict),
+    ]
+}
+
+/// Slopes of the curves and times to the target, where there is more than one budget.
+pub(super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
+    let timed = scene.arms.iter().any(|a| a.time_to_error.is_some());
+    if !timed && scene.arms.iter().all(|a| a.slope.is_none()) {
+        return Ok(());
+    }
+    writeln!(out)?;
+    let mut heading = vec!["integrator", "slope of MSE", "95 %"];
+    if timed {
+        heading.extend(["seconds to target", "95 %"]);
+    }
+    let mut table = Table::new(&heading, &[0]);
+    for arm in &scene.arms {
+        let (slope, range) = match arm.slope {
+            Some(s) => (format!("{:.2}", s.value), format!("[{:.2}, {:.2}]", s.low, s.high)),
+            None => ("—".into(), String::new()),
+        };
+        let mut row = vec![arm.integrator.clone(), slope, range];
+        if let Some(t) = &arm.time_to_error {
+            row.extend(if t.censored {
+                [format!("over {}", figure(t.low)), "censored".into()]
+            } else if t.low == 0.0 {
+                [format!("below {}", figure(t.high)), String::new()]
+            } else {
+                [figure(t.seconds), format!("[{}, {}]", figure(t.low), figure(t.high))]
+            });
+        }
+        table.row(row);
+    }
+    table.write("", out)?;
+    Ok(())
+}
+
+/// Ratios over all scenes.
+pub(super) fn tell_overall(overall: &[Overall], out: &mut dyn Write) -> Result<()> {
+    let Some(first) = overall.first() else { return Ok(()) };
+    writeln!(out, "\nEfficiency over that of {}, geometric mean over scenes:\n", first.baseline)?;
+    let mut table = Table::new(&["integrator", "ratio", "95 % over scenes", "scenes"], &[0]);
+    for o in overall {
+        table.row(vec![
+            o.integrator.clone(),
+            figure(o.geometric_mean),
+            format!("[{}, {}]", figure(o.low), figure(o.high)),
+            o.scenes.to_string(),
+        ]);
+    }
+    table.write("", out)?;
+    Ok(())
+}
