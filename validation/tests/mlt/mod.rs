@@ -2,9 +2,11 @@
 
 mod answers;
 mod balance;
+mod checkpoints;
 mod densities;
 mod invariance;
 mod normals;
+mod options;
 mod states;
 
 use pathspace_core::Scene;
