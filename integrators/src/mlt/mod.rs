@@ -11,12 +11,14 @@
 //! | small moves: lens, caustic and multi-chain perturbation | `perturb` |
 //! | delta vertices found again between two that spread | `manifold` |
 //! | starts by bidirectional path tracing | `start` |
+//! | delta lobes of edges as short as rounding | `lobe` |
 //! | choice of mutations and acceptance | `target` |
 //! | bytes of checkpoints | `codec` |
 
 mod bidirectional;
 mod codec;
 mod emission;
+mod lobe;
 mod manifold;
 mod mutator;
 mod path;
@@ -33,7 +35,7 @@ use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
 pub use self::bidirectional::Bidirectional;
 pub use self::manifold::Manifold;
 pub use self::mutator::{Candidate, Kept, Mutator};
-pub use self::path::{DeltaEvent, MltPath};
+pub use self::path::MltPath;
 pub use self::perturb::{Caustic, Lens, LogUniform, MultiChain, Sizes};
 pub use self::start::Seeds;
 pub(crate) use self::start::not_finite;

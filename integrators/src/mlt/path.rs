@@ -2,11 +2,13 @@
 
 use glam::Vec2;
 use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{ScatterEvent, TransportMode};
 use pathspace_core::color::luminance;
 use pathspace_core::film::Families;
 use pathspace_core::measure::Edge;
 use pathspace_core::path::{Path, Vertex, WalkClass};
+
+use super::lobe;
 
 /// A path x̄ = x₀…x_k with f(x̄) ≠ 0 and what is known of it: edges, delta vertices, film position.
 ///
@@ -20,15 +22,6 @@ pub struct MltPath {
     film: Vec2,
     value: [f64; 3],
     target: f64,
-}
-
-/// What a delta lobe did at a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeltaEvent {
-    /// Both neighbours lie on one side.
-    Reflection,
-    /// The path crosses the surface.
-    Transmission,
 }
 
 impl MltPath {
@@ -53,7 +46,7 @@ impl MltPath {
             let point = vertices[i].surface()?;
             let to_sensor = edges[i].direction();
             delta.push(scene.is_delta_at(point, to_sensor));
-            let scattered = scene.scatter_value(point, -edges[i - 1].direction(), to_sensor);
+            let scattered = lobe::value(scene, point, -edges[i - 1].direction(), to_sensor);
             if scattered.is_black() {
                 return None;
             }
@@ -117,12 +110,12 @@ impl MltPath {
     }
 
     /// What the delta lobe at an inner vertex does.
-    pub fn delta_event(&self, i: usize) -> Option<DeltaEvent> {
+    pub fn delta_event(&self, i: usize) -> Option<ScatterEvent> {
         let point = self.path.vertices[i].surface()?;
         let n = point.frame.n;
         let (back, on) = (-self.edges[i - 1].direction(), self.edges[i].direction());
         let same = (n.dot(back) > 0.0) == (n.dot(on) > 0.0);
-        Some(if same { DeltaEvent::Reflection } else { DeltaEvent::Transmission })
+        Some(if same { ScatterEvent::Reflection } else { ScatterEvent::Transmission })
     }
 
     /// Whether technique (s, k + 1 − s) can make the path: [`pathspace_core::path::samplable`] from the cached flags.

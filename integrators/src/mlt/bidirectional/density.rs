@@ -4,6 +4,7 @@ use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::path::Vertex;
 
+use super::super::lobe;
 use super::super::path::MltPath;
 use super::ends::Ends;
 
@@ -69,7 +70,7 @@ fn from_light(scene: &Scene, y: &MltPath, i: usize) -> Option<f64> {
             let (before, edge) = (y.edge(i - 2), y.edge(i - 1));
             let (from, to) = (-before.direction(), edge.direction());
             let mode = TransportMode::Importance;
-            edge.to_area(scene.scatter_event(v[i - 1].surface()?, from, to, mode)?.0)
+            edge.to_area(lobe::density(scene, v[i - 1].surface()?, from, to, mode)?)
         }
     };
     ln(pdf.value())
@@ -88,7 +89,7 @@ fn from_sensor(scene: &Scene, y: &MltPath, i: usize) -> Option<f64> {
     } else {
         let Vertex::Surface(point) = &v[i + 1] else { return None };
         let from = y.edge(i + 1).direction();
-        scene.scatter_event(point, from, edge.direction(), TransportMode::Radiance)?.0
+        lobe::density(scene, point, from, edge.direction(), TransportMode::Radiance)?
     };
     ln(edge.to_area(pdf).value())
 }

@@ -41,8 +41,8 @@ pub(super) fn join(
             return None;
         }
         light.extend(sensor.iter().rev());
-        // What carries nothing needs no ray.
-        let path = MltPath::new(scene, light)?;
+        // What carries nothing needs no ray. A delta vertex at the connection carries nothing, though it may have a lobe on that side.
+        let path = MltPath::new(scene, light).filter(|path| path.samplable(s))?;
         return scene.visible(&y, &z).then_some(path);
     }
     light.extend(sensor.iter().rev());

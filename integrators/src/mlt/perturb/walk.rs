@@ -6,29 +6,19 @@ use pathspace_core::bsdf::{ScatterEvent, TransportMode};
 use pathspace_core::math::Ray;
 use pathspace_core::scene::SurfacePoint;
 
-use super::super::path::{DeltaEvent, MltPath};
+use super::super::lobe;
+use super::super::path::MltPath;
 
-/// The ray that goes on from `point`, reached from direction `from`, by the delta lobe of `event`; `None` where there is no such lobe
-/// (total reflection, a surface that spreads).
+/// The ray that goes on from `point`, reached from direction `from`, by the delta lobe of `event`; `None` where there is no such lobe.
 pub(super) fn follow(
     scene: &Scene,
     point: &SurfacePoint,
     from: Vec3,
-    event: DeltaEvent,
+    event: ScatterEvent,
     mode: TransportMode,
 ) -> Option<Ray> {
-    let (lobe, wanted) = match event {
-        DeltaEvent::Reflection => (0.0, ScatterEvent::Reflection),
-        DeltaEvent::Transmission => (ALMOST_ONE, ScatterEvent::Transmission),
-    };
-    let wo = point.frame.to_local(from);
-    let sample = scene.bsdf(point).sample(wo, lobe, [0.0; 2], mode)?;
-    let taken = sample.is_delta() && sample.event == wanted;
-    taken.then(|| point.spawn(point.frame.to_world(sample.wi)))
+    lobe::direction(scene, point, from, event, mode).map(|d| point.spawn(d))
 }
-
-/// The largest number of a [`pathspace_core::random::PrimarySample`].
-const ALMOST_ONE: f32 = 1.0 - 1.0 / 16_777_216.0;
 
 /// Density per solid angle of the direction `to` of a delta lobe that is taken for sure, relative to the common delta function:
 /// n_to² |ω_to·n_s|.
