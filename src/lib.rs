@@ -10,6 +10,29 @@
 //! | [`validation`] | statistics that tell whether integrators agree, scenes with exact answers |
 //! | [`benches`] | budgets, replicates, comparisons, image files |
 //!
+//! A render from Rust:
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use std::sync::Arc;
+//!
+//! use pathspace::benches::{Budget, expose};
+//! use pathspace::core::{Scene, film::Layers};
+//! use pathspace::integrators::{Defaults, Registry};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let furnace = pathspace::scenes::library::find("furnace").ok_or("no such scene")?;
+//! let loaded = furnace.load(&[("res".into(), "8".into())])?;
+//! let scene = Arc::new(Scene::new(&loaded.description)?);
+//! let integrator = Registry::builtin().create(&"pt:max_depth=3".parse()?, &Defaults::default())?;
+//! let budget = Budget::Samples(4);
+//! let exposed =
+//!     expose(&*integrator, &scene, Layers::NONE, 1, budget, &mut |_| ControlFlow::Continue(()))?;
+//! assert!(exposed.film.mean()[0] > 0.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! The command with an integrator of your own is one line, because everything in it takes a [`Registry`](integrators::Registry):
 //!
 //! ```no_run

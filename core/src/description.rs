@@ -104,7 +104,7 @@ pub struct MaterialDescription {
 pub enum MaterialKind {
     /// Lambert: f = ρ/π on the front side, black behind.
     Diffuse {
-        /// ρ in [0,1].
+        /// ρ in \[0, 1\].
         reflectance: Rgb,
     },
     /// Smooth boundary between two dielectrics.

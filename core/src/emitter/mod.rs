@@ -7,7 +7,7 @@
 //! | directional | irradiance E across the beam | counting | uniform on the disk across the scene |
 //! | constant | radiance | solid angle | uniform on the disk across the scene |
 //!
-//! With the generalised geometry term of [`Edge`] the product L_e·G is the right one in every row.
+//! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
 
 mod sample;
 

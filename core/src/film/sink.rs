@@ -110,6 +110,22 @@ impl Contribution {
 }
 
 /// Receives contributions. Films, statistics and tests implement it; integrators are generic over it.
+///
+/// ```
+/// use pathspace_core::film::{Contribution, Sink};
+///
+/// /// Light by path length.
+/// #[derive(Default)]
+/// struct Lengths(Vec<f64>);
+///
+/// impl Sink for Lengths {
+///     fn add(&mut self, c: Contribution) {
+///         let k = c.length() as usize;
+///         self.0.resize(self.0.len().max(k + 1), 0.0);
+///         self.0[k] += f64::from(c.value.max_channel());
+///     }
+/// }
+/// ```
 pub trait Sink {
     /// True where [`Sink::record`] wants whole paths: integrators keep them only then.
     const RECORDS_PATHS: bool = false;

@@ -57,7 +57,7 @@ impl Profile {
         self.sections.push(section);
     }
 
-    /// Adds the smooth section t ↦ (r, y), t ∈ [0,1], in `pieces` pieces. The normals are those
+    /// Adds the smooth section t ↦ (r, y), t ∈ \[0, 1\], in `pieces` pieces. The normals are those
     /// of the curve itself, so it must be defined a little beyond both ends as well. An end on the
     /// axis becomes a smooth pole.
     pub fn curve(mut self, pieces: usize, curve: impl Fn(f64) -> (f64, f64)) -> Self {
