@@ -28,7 +28,8 @@ fn merging_in_an_integrating_sphere_gives_the_exact_answer() {
     for spec in ["vcm:connect=false,radius=0.05,alpha=1", "vcm:radius=0.05,alpha=1"] {
         let defaults = Defaults { rules: sphere.rules };
         let vcm = registry().create(&spec.parse().unwrap(), &defaults).unwrap();
-        let plan = Plan { replicates: 12, pilot: 2, most: 6, mdb: 0.02, seed: 4 };
+        let plan =
+            Plan { replicates: 12, pilot: 2, most: 6, mdb: 0.02, seed: 4, ..Plan::default() };
         let config = CompareConfig { tolerance: 5e-4, ..CompareConfig::default() };
         let report = exact::measure(sphere, &*vcm, &plan, &config).unwrap();
         for cell in &report.cells {
