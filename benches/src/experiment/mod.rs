@@ -79,7 +79,7 @@ pub struct Plan {
     pub seed: u64,
     /// Threads of the pool that it runs on.
     pub threads: usize,
-    /// Other renderers that failed on the way, with the reason; they are left out from there on.
+    /// Who was left out on the way, with the reason: other renderers that failed, and, where a scene has others left, integrators that refuse it.
     pub failures: Vec<String>,
 }
 
@@ -214,6 +214,7 @@ impl Plan {
         let At { arm, replicate, budget } = at;
         let tiles = setup.tiles();
         let Setup { name: scene, key, scene: world, contestants, .. } = setup;
+        let others = contestants.len() > 1;
         let (integrator, contestant) = &mut contestants[arm];
         let words = budget.words();
         let key = self.key(key, integrator, &words, replicate);
@@ -231,6 +232,7 @@ impl Plan {
                 Ok(Turn::Done)
             }
             Ok(None) => Ok(Turn::Stopped),
+            Err(RenderError::Integrator(source)) if others => Ok(Turn::Failed(source.to_string())),
             Err(RenderError::Integrator(source)) => {
                 Err(ExperimentError::Integrator { scene: scene.clone(), source })
             }

@@ -54,7 +54,8 @@ pub(super) fn tell(
             figure(i.mse),
             figure(i.relmse),
             figure(i.efficiency),
-            figure(i.rays / i.seconds / 1e6),
+            // Other renderers do not tell.
+            if i.rays > 0.0 { figure(i.rays / i.seconds / 1e6) } else { "—".into() },
         ]);
     }
     table.write("", out)?;
