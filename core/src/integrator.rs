@@ -62,6 +62,11 @@ pub trait Run: Send {
     /// Everything besides the film that the next step depends on.
     fn save(&self) -> State;
 
+    /// Figures about the run so far by name, for people: acceptance of mutations, normalisation and its standard error. Nothing depends on them.
+    fn figures(&self) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
     /// Makes `step` the next step and says true, where a step depends on nothing but the seed and its number. Such a run can be
     /// shared out by steps, and its steps are independent of each other. A Markov chain says false and stays where it is: shards
     /// and replicates of it get seeds of their own.

@@ -257,6 +257,19 @@ impl<T: ChainTarget> Run for ChainRun<T> {
         work
     }
 
+    /// b̂, its relative standard error (an error of the brightness of the whole image, apart from that of its shape), and the share of each kind of
+    /// mutation that was accepted.
+    fn figures(&self) -> Vec<(String, f64)> {
+        let Some((b, error)) = self.normalisation() else { return Vec::new() };
+        let mut figures = vec![("b".to_owned(), b)];
+        if b > 0.0 {
+            figures.push(("relative standard error of b".to_owned(), error / b));
+        }
+        let tried = self.tallies().into_iter().filter(|(_, tally)| tally.tried > 0);
+        figures.extend(tried.map(|(kind, t)| (format!("acceptance, {kind}"), t.acceptance())));
+        figures
+    }
+
     fn save(&self) -> State {
         let Some(started) = &self.started else {
             return State { step: self.step, bytes: Vec::new() };

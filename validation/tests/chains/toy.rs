@@ -267,4 +267,8 @@ fn refined_normalisation_counts_independent_proposals_only() {
     assert_eq!(run.normalisation().unwrap(), before);
     assert!((before.0 - 1.0 * toy.f.iter().sum::<f64>()).abs() < 5.0 * before.1);
     assert!(run.tallies()[0].1.tried == 40);
+    let figures = run.figures();
+    assert_eq!(figures[0], ("b".to_owned(), before.0));
+    assert_eq!(figures[2].0, "acceptance, jump");
+    assert!(figures[2].1 > 0.0 && figures[2].1 < 1.0);
 }
