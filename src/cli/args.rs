@@ -273,7 +273,8 @@ pub(super) struct ReferenceArgs {
 
 #[derive(Clone, Debug, Args)]
 pub(super) struct ValidateArgs {
-    /// What to hold to what: quick, pairs, exact, hard or all; or mutants, deliberate bugs that the tests must find.
+    /// What to hold to what: quick, pairs, exact, chains, hard or all; calibration of the tests themselves; or mutants, deliberate bugs
+    /// that the tests must find.
     #[arg(default_value = "quick")]
     pub(super) suite: String,
     /// Integrator with its options; may be given again. All there are unless given.

@@ -77,6 +77,8 @@ pub(super) fn validate(
     };
     if let Some(dir) = &args.output {
         write(&dir.join("report.json"), &serde_json::to_string(&object)?)?;
+        let replays: Vec<String> = object.failures.iter().map(|t| t.replay.clone()).collect();
+        write(&dir.join("report.html"), &report.page(&replays)?)?;
         writeln!(out, "report in {}", dir.display())?;
     }
     if args.json {
@@ -148,6 +150,10 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
             tell_checks(kind, &checks, out)?;
         }
     }
+    for check in report.checks.iter().filter(|c| c.kind == "calibration") {
+        let reason = check.reason.as_deref().unwrap_or("");
+        writeln!(out, "{} {}, {}: {reason}", outcome(check), check.scene, check.subject)?;
+    }
     for (scene, who, why) in report.skips() {
         writeln!(out, "left out: {who} on {scene}: {why}")?;
     }
@@ -157,7 +163,7 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
     for Told { failure, replay } in failures {
         writeln!(out, "\nWRONG on {}: {}\n  again: {replay}", failure.scene, failure.message)?;
     }
-    let [well, wrong, open] = tally(report);
+    let [well, wrong, open] = report.tally();
     writeln!(
         out,
         "\n{}: {well} agree, {wrong} differ, {open} inconclusive, {} failures; seed {}, \
@@ -169,27 +175,6 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
         report.seconds
     )?;
     Ok(())
-}
-
-/// Pairs and checks that agree, that differ, and that tell nothing.
-fn tally(report: &Report) -> [usize; 3] {
-    let mut tally = [0; 3];
-    for pair in report.scenes.iter().flat_map(|s| &s.pairs) {
-        tally[match pair.outcome {
-            Verdict::Agree => 0,
-            Verdict::Differ => 1,
-            Verdict::Inconclusive => 2,
-        }] += 1;
-    }
-    for check in &report.checks {
-        match check.outcome {
-            CheckOutcome::Passed => tally[0] += 1,
-            CheckOutcome::Failed => tally[1] += 1,
-            CheckOutcome::Inconclusive => tally[2] += 1,
-            CheckOutcome::Skipped => {}
-        }
-    }
-    tally
 }
 
 /// The matrix of a scene: verdict and minimum detectable bias of each pair.

@@ -24,6 +24,9 @@ fn integrators_that_agree_pass_and_the_object_is_complete() {
     let file = std::fs::read_to_string(folder.path().join("new/report.json")).unwrap();
     let file: serde_json::Value = serde_json::from_str(&file).unwrap();
     assert_eq!(file["scenes"], v["scenes"]);
+    let page = std::fs::read_to_string(folder.path().join("new/report.html")).unwrap();
+    assert!(page.contains("thin-lens") && page.contains("cell agree"));
+    assert!(!page.contains("http://") && !page.contains("https://"));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use pathspace_core::film::Families;
 
 use super::observe::{Arm, PathClass, common_classes};
+use super::tiles::firefly_light;
 use crate::stats::{
     Claim, CompareConfig, Gates, Moments, Reason, Rule, StatsError, Verdict, Welch, decide, holm,
     welch_within,
@@ -30,7 +31,8 @@ pub(super) struct CellTest {
 /// Replicates of rare paths (caustics of a small lamp) over well-sampled ones look harmless as long as none of the rare paths
 /// was found: the mean is too small, and so is its variance. Path classes tell the two apart. A class that an arm has
 /// undersampled adds its light (that of the arm that saw more) to the half-width u of the null hypothesis
-/// |E Y_A − E Y_B| ≤ u: a difference that it could explain is none, and an agreement has to be as good in spite of it.
+/// |E Y_A − E Y_B| ≤ u: a difference that it could explain is none, and an agreement has to be as good in spite of it. Where the tiles of a class
+/// show a heavy tail, the light that came as fireflies does the same.
 pub(super) fn test_cells(
     a: &Arm,
     b: &Arm,
@@ -60,6 +62,10 @@ pub(super) fn test_cells(
         let few = config.rule.n_eff_min;
         if is_undersampled(a, class, &one, few) || is_undersampled(b, class, &two, few) {
             let light = one.mean.abs().max(two.mean.abs());
+            unseen[0] += light;
+            unseen[cell] += light;
+        } else {
+            let light = firefly_light(&tiles(a, class))?.max(firefly_light(&tiles(b, class))?);
             unseen[0] += light;
             unseen[cell] += light;
         }
@@ -124,6 +130,12 @@ fn is_undersampled(arm: &Arm, class: &PathClass, m: &Moments, few: f64) -> bool 
 /// Ȳ²/s², an upper bound on the effective number of contributions to a replicate; infinite without noise.
 fn effective(m: &Moments) -> f64 {
     if m.mean == 0.0 { 0.0 } else { m.mean * m.mean / m.variance }
+}
+
+/// Tiles of a class in every replicate.
+fn tiles(arm: &Arm, class: &PathClass) -> Vec<Vec<f64>> {
+    let found = arm.replicates.iter().find_map(|r| r.classes.get(class));
+    arm.class_tiles(class, found.map_or(0, |c| c.tiles.len()))
 }
 
 fn is_zero(column: &[f64]) -> bool {

@@ -35,6 +35,9 @@ pub struct LengthSummary {
     pub verdict: Verdict,
     /// Why.
     pub reason: Reason,
+    /// p-value of this test alone.
+    #[serde(deserialize_with = "number", default)]
+    pub p_single: f64,
     /// p-value after Holm's adjustment over image and lengths.
     #[serde(deserialize_with = "number")]
     pub p: f64,
@@ -118,9 +121,7 @@ fn combine(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) ->
     let any = cells.iter().any(|c| c.verdict == Verdict::Differ);
     let mut verdict = if any { Verdict::Differ } else { cells[0].verdict };
     if let Some(tiles) = tiles {
-        if tiles.verdict != Verdict::Inconclusive {
-            p = p.min(tiles.p);
-        }
+        p = p.min(tiles.p);
         if tiles.verdict == Verdict::Differ {
             verdict = Verdict::Differ;
         }
@@ -133,6 +134,7 @@ fn cell_summary(cell: &CellTest) -> LengthSummary {
         length: cell.length.map(u32::from),
         verdict: cell.verdict,
         reason: cell.reason,
+        p_single: cell.test.p,
         p: cell.p,
         mdb: cell.test.mdb,
         mean_a: cell.test.mean_a,

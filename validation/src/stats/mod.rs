@@ -4,7 +4,8 @@
 //! | --- | --- |
 //! | Do two arms of replicates have the same mean? | [`welch()`], [`one_sample`] |
 //! | … in every one of ≤ 50 signed cells at once? | [`ReplicateSet`], [`compare()`], [`holm`] |
-//! | … in hundreds of correlated tiles? | [`max_t()`], after [`merge_tiles`] |
+//! | … in hundreds of correlated tiles, arms of any shape? | [`skewed_welch`], [`spread_test`], after [`tail`] |
+//! | … of arms that differ in their means at most? | [`max_t()`], after [`merge_tiles`] |
 //! | May a t-test be trusted here? | [`effective_count`], [`pareto_khat`] |
 //! | … and where it may not? | [`bounded`] |
 //! | What bias would have been seen? | [`minimum_detectable_bias`] |
@@ -39,6 +40,8 @@ mod pareto;
 mod replicates;
 mod rhat;
 mod sequential;
+mod shape;
+mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
@@ -63,6 +66,8 @@ pub use pareto::{fit_pareto, pareto_khat, pareto_khat_of_tail, tail_size};
 pub use replicates::{Cell, ReplicateSet};
 pub use rhat::{bulk_ess, multi_chain_ess, rank_rhat, split_rhat};
 pub use sequential::{Decision, PairedT, Sequential, SequentialConfig};
+pub use shape::{Skewed, Tail, pooled_skewness, skewed_welch, tail};
+pub use spread::spread_test;
 pub use summary::{PHistogram, geometric_mean, p_histogram};
 pub use tiles::{TilePartition, TileSums, effective_count, merge_tiles};
 pub use welch::{

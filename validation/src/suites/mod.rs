@@ -5,15 +5,20 @@
 //! | [`Suite::quick`] | every integrator to every other one on a few scenes, and to a few exact answers: for continuous integration |
 //! | [`Suite::pairs`] | every integrator to every other one on every scene of the library, per path length and tile |
 //! | [`Suite::exact`] | every integrator to every exact answer that it sees |
+//! | [`Suite::chains`] | every mutation of the built-in chains to the invariance of its target |
 //! | [`Suite::hard`] | every integrator in other units, far from the origin, and in closed boxes |
-//! | [`Suite::all`] | all of it |
+//! | [`Suite::all`] | all of the above |
+//! | [`Suite::calibration`] | the tests to their levels, by comparisons where nothing is wrong |
 //!
 //! An integrator takes part by being in the [`Registry`](pathspace_integrators::Registry); nothing here knows one by name.
 
+mod calibration;
+mod chains;
 mod exact;
 mod hard;
 mod run;
 
+pub use calibration::{ALPHA, SLACK};
 pub(crate) use exact::check;
 pub use hard::{dark_boxes, moved};
 pub use run::{Options, Progress, SuiteError, run};
@@ -56,6 +61,18 @@ pub enum Part {
         /// Minimum detectable bias that is wished for in every cell.
         mdb: f64,
     },
+    /// Mutations of Markov chains.
+    Chains {
+        /// Scenes of the library.
+        scenes: &'static [&'static str],
+        /// Bootstrap samples that each test starts from.
+        starts: u64,
+    },
+    /// The rate of false alarms.
+    Calibration {
+        /// Comparisons of each pair.
+        runs: u64,
+    },
     /// Scenes in other units, far from the origin, closed boxes.
     Hard {
         /// Rays of an integrator on a scene in the first round.
@@ -66,7 +83,14 @@ pub enum Part {
 impl Suite {
     /// Every suite.
     pub fn list() -> Vec<Suite> {
-        vec![Suite::quick(), Suite::pairs(), Suite::exact(), Suite::hard(), Suite::all()]
+        vec![
+            Suite::quick(),
+            Suite::pairs(),
+            Suite::exact(),
+            Suite::hard(),
+            Suite::all(),
+            Suite::calibration(),
+        ]
     }
 
     /// The suite of this name.
@@ -74,12 +98,16 @@ impl Suite {
         Suite::list().into_iter().find(|s| s.name == name)
     }
 
-    /// The same with `effort` times the rays.
+    /// The same with `effort` times the work.
     pub fn with_effort(mut self, effort: f64) -> Suite {
         for part in &mut self.parts {
-            let (Part::Pairs { rays, .. } | Part::Exact { rays, .. } | Part::Hard { rays }) = part;
+            let (Part::Pairs { rays: work, .. }
+            | Part::Exact { rays: work, .. }
+            | Part::Hard { rays: work }
+            | Part::Chains { starts: work, .. }
+            | Part::Calibration { runs: work }) = part;
             // `as` saturates.
-            *rays = (*rays as f64 * effort).max(1.0) as u64;
+            *work = (*work as f64 * effort).max(1.0) as u64;
         }
         self
     }
@@ -93,8 +121,8 @@ impl Suite {
             name: "quick",
             summary: "a few scenes and exact answers, for continuous integration",
             parts: vec![
-                Part::Pairs { scenes: SCENES, size: 32, rays: 4_000_000, mdb: 0.01 },
-                Part::Exact { scenes: EXACT, rays: 4_000_000, mdb: 0.01 },
+                Part::Pairs { scenes: SCENES, size: 32, rays: 6_000_000, mdb: 0.01 },
+                Part::Exact { scenes: EXACT, rays: 6_000_000, mdb: 0.01 },
             ],
             config: Config::default(),
         }
@@ -120,6 +148,17 @@ impl Suite {
         }
     }
 
+    /// Every mutation, on scenes with glass, with gloss and with a lens.
+    pub fn chains() -> Suite {
+        const SCENES: &[&str] = &["cornell-caustic", "mis-plates", "thin-lens"];
+        Suite {
+            name: "chains",
+            summary: "every mutation of the built-in Markov chains against the invariance of its target",
+            parts: vec![Part::Chains { scenes: SCENES, starts: 50_000 }],
+            config: Config::default(),
+        }
+    }
+
     /// Units, places and closed boxes.
     pub fn hard() -> Suite {
         Suite {
@@ -130,9 +169,20 @@ impl Suite {
         }
     }
 
+    /// The tests themselves: false alarms of the first three integrators, each against itself and the others.
+    pub fn calibration() -> Suite {
+        Suite {
+            name: "calibration",
+            summary: "the rate of false alarms, by comparisons where nothing is wrong",
+            parts: vec![Part::Calibration { runs: 1000 }],
+            config: Config::default(),
+        }
+    }
+
     /// All of the others at their own budgets.
     pub fn all() -> Suite {
-        let parts = [Suite::pairs(), Suite::exact(), Suite::hard()].map(|s| s.parts).concat();
+        let parts = [Suite::pairs(), Suite::exact(), Suite::chains(), Suite::hard()];
+        let parts = parts.map(|s| s.parts).concat();
         Suite { name: "all", summary: "all of it", parts, config: Config::default() }
     }
 }

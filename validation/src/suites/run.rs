@@ -10,7 +10,7 @@ use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec, SpecError};
 use pathspace_scenes::library;
 
-use super::{Part, Suite, exact, hard};
+use super::{Part, Suite, calibration, chains, exact, hard};
 use crate::validate::{Config, Report, SceneReport, compare_on};
 
 /// What to leave out of a suite.
@@ -50,6 +50,9 @@ pub enum SuiteError {
         /// The names there are.
         known: String,
     },
+    /// Statistics of too little data.
+    #[error(transparent)]
+    Stats(#[from] crate::stats::StatsError),
     /// The level is no probability, or there is nothing to test.
     #[error("{0}")]
     Nothing(String),
@@ -130,6 +133,13 @@ pub fn run(
                 let scenes = exact::scenes(scenes, options);
                 exact::run(&mut report, &team, &scenes, &config, "exact", watch)?
             }
+            Part::Chains { scenes, starts } => {
+                let scenes = library_scenes(scenes, options);
+                chains::run(&mut report, &scenes, starts, &suite.config, watch)?
+            }
+            Part::Calibration { runs } => {
+                calibration::run(&mut report, &team, runs, &suite.config, watch)?
+            }
             Part::Hard { rays } => {
                 let config = Config { rays, ..suite.config };
                 hard::run(&mut report, &team, options, &config, watch)?
@@ -153,6 +163,8 @@ fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
         }
         Part::Exact { scenes, .. } => exact::scenes(scenes, options).len() * n,
         Part::Hard { .. } => hard::names(options).len() * n,
+        Part::Chains { scenes, .. } => library_scenes(scenes, options).len(),
+        Part::Calibration { .. } => calibration::count(team),
     }
 }
 
@@ -160,13 +172,14 @@ fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
 fn names(part: &Part) -> Vec<String> {
     let all = Options::default();
     match *part {
-        Part::Pairs { scenes, .. } => {
+        Part::Pairs { scenes, .. } | Part::Chains { scenes, .. } => {
             library_scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
         }
         Part::Exact { scenes, .. } => {
             exact::scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
         }
         Part::Hard { .. } => hard::names(&all),
+        Part::Calibration { .. } => Vec::new(),
     }
 }
 

@@ -15,6 +15,7 @@
 mod arms;
 mod config;
 mod confirm;
+mod page;
 mod pairs;
 mod render;
 mod report;

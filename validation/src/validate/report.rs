@@ -212,6 +212,24 @@ impl Report {
         self.failures().is_empty()
     }
 
+    /// Pairs and checks that agree, that differ, and that tell nothing.
+    pub fn tally(&self) -> [usize; 3] {
+        let pairs = self.scenes.iter().flat_map(|s| &s.pairs).map(|p| match p.outcome {
+            Verdict::Agree => Some(0),
+            Verdict::Differ => Some(1),
+            Verdict::Inconclusive => Some(2),
+        });
+        let checks = self.checks.iter().map(|c| match c.outcome {
+            CheckOutcome::Passed => Some(0),
+            CheckOutcome::Failed => Some(1),
+            CheckOutcome::Inconclusive => Some(2),
+            CheckOutcome::Skipped => None,
+        });
+        let mut tally = [0; 3];
+        pairs.chain(checks).flatten().for_each(|kind| tally[kind] += 1);
+        tally
+    }
+
     /// Level of a single test.
     pub fn level(&self) -> f64 {
         self.config.alpha / self.tests.max(1) as f64
