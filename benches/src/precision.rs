@@ -33,8 +33,8 @@ fn finite<S: serde::Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::
 ///
 ///     ε = √(1/P Σ_j Var Ȳ_j) / (1/P Σ_j E Ȳ_j),
 ///
-/// where Ȳ_j is the luminance of pixel j of P in the image so far: the standard deviation of a typical pixel, as a share of the mean
-/// brightness of the image. It falls with the square root of the samples.
+/// where Ȳ_j is the luminance of pixel j of P in the image so far: the standard deviation of a pixel, root mean square over the image, as a share
+/// of its mean brightness. It falls with the square root of the samples.
 ///
 /// A pair of batches a, b gives D = 1/P Σ_j ½(a_j − b_j)², whose expectation is the variance of one batch; the image of N batches has the
 /// variance E D/N. D and the mean luminance are means over pixels, nearly normal, and independent from pair to pair. Each has a

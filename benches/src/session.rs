@@ -20,7 +20,7 @@ const REPLICATES: u64 = 0x7265_706c_6963;
 /// Fewest and most steps of a replicate of a chain.
 const REPLICATE_STEPS: std::ops::RangeInclusive<u64> = 8..=4096;
 /// A chain's start may take this share of a replicate.
-const START_SHARE: f64 = 0.1;
+const START_SHARE: f64 = 0.25;
 
 /// What is rendered; all that the film depends on besides the budget.
 #[derive(Clone, Copy)]
@@ -198,7 +198,7 @@ impl<'a> Session<'a> {
     /// Begins to estimate the relative error of the image; to be asked for before the first step.
     ///
     /// Batches are the steps of the run where these are independent of each other; the film is then the one it would have been
-    /// anyway. They are whole replicates with seeds of their own where it is a chain, long enough for a chain's start to take a tenth of
+    /// anyway. They are whole replicates with seeds of their own where it is a chain, long enough for a chain's start to take a quarter of
     /// the time at most.
     pub fn watch_error(&mut self) {
         let film = &self.film;

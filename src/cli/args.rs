@@ -99,7 +99,7 @@ pub(super) struct GoalArgs {
     /// Seconds of rendering.
     #[arg(long, value_name = "S", group = "goal", value_parser = seconds)]
     pub(super) seconds: Option<f64>,
-    /// Relative error of the image, such as 0.01: noise of a typical pixel over mean brightness. With --spp or --seconds, these are limits.
+    /// Relative error of the image, such as 0.01: noise of a pixel (root mean square) over mean brightness. With --spp or --seconds, these are limits.
     #[arg(long, value_name = "E", group = "goal", value_parser = relative_error)]
     pub(super) error: Option<f64>,
 }
