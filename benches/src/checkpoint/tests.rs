@@ -38,7 +38,11 @@ impl Drop for Place {
 
 /// A small window of a scene with glass, under a filter that spreads splats over pixels.
 fn scene() -> Arc<Scene> {
-    let scene = pathspace_scenes::library::find("cornell-caustic").unwrap();
+    window_of("cornell-caustic")
+}
+
+fn window_of(name: &str) -> Arc<Scene> {
+    let scene = pathspace_scenes::library::find(name).unwrap();
     let mut description = scene.load(&[]).unwrap().description;
     description.film = FilmDescription {
         crop: Crop { x: 3, y: 2, width: 17, height: 13 },
@@ -48,16 +52,27 @@ fn scene() -> Arc<Scene> {
     Arc::new(Scene::new(&description).unwrap())
 }
 
-/// Every integrator there is, and the options that bring a run of their own.
-fn integrators() -> Vec<Box<dyn Integrator>> {
+/// Every integrator there is, and the options that bring a run of their own, each with a scene: the one with glass, or a diffuse one
+/// where it refuses that.
+fn integrators() -> Vec<(Box<dyn Integrator>, Arc<Scene>)> {
     let registry = Registry::builtin();
     let defaults = Defaults { rules: WalkRules { max_length: Some(5), rr_depth: 4 } };
     let create = |spec: &str| registry.create(&spec.parse().unwrap(), &defaults);
-    let named = registry.list().map(|(name, _)| {
-        // Chains need no good start here.
-        create(&format!("{name}:bootstrap=400,chains=5")).or_else(|_| create(name)).unwrap()
+    let named = registry.all().map(|(name, _)| {
+        // Chains need no good start here, and finite elements no good answer.
+        create(&format!("{name}:bootstrap=400,chains=5"))
+            .or_else(|_| create(&format!("{name}:elements=100")))
+            .or_else(|_| create(name))
+            .unwrap()
     });
-    named.chain([create("bdpt:connect=cache").unwrap()]).collect()
+    let (glass, diffuse) = (scene(), window_of("cornell-box"));
+    named
+        .chain([create("bdpt:connect=cache").unwrap()])
+        .map(|integrator| {
+            let scene = if integrator.start(glass.clone(), 1).is_ok() { &glass } else { &diffuse };
+            (integrator, scene.clone())
+        })
+        .collect()
 }
 
 fn identity(plan: &Plan<'_>) -> Identity {
@@ -86,8 +101,8 @@ fn assert_same(a: &Film, b: &Film, what: &str) {
 
 #[test]
 fn every_integrator_goes_on_from_a_file_to_the_bit() {
-    let (scene, place) = (scene(), Place::new());
-    for integrator in integrators() {
+    let place = Place::new();
+    for (integrator, scene) in integrators() {
         for shard in [Shard::WHOLE, Shard::new(1, 3).unwrap()] {
             let plan =
                 Plan { integrator: &*integrator, scene: &scene, layers: LAYERS, seed: 9, shard };
@@ -134,8 +149,7 @@ fn merged(plan: Plan<'_>, count: u32, samples: u64, order: &[u32]) -> Merged {
 
 #[test]
 fn shards_add_up_to_the_whole_of_every_integrator() {
-    let scene = scene();
-    for integrator in integrators() {
+    for (integrator, scene) in integrators() {
         let plan = Plan {
             integrator: &*integrator,
             scene: &scene,
