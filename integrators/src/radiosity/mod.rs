@@ -13,7 +13,7 @@
 //! | camera rays that read it | [`RadiosityIntegrator`] |
 //!
 //! The only randomness left is where in a pixel a camera ray begins. What remains of finite elements is a systematic error that falls with
-//! the square of their edges; `pathspace-validation` extrapolates it.
+//! their edges; `pathspace-validation` extrapolates it.
 
 mod elements;
 pub mod factors;
