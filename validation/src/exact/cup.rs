@@ -6,7 +6,7 @@
 //! source on the circle, s = 2R cos i, a cardioid. Heights fall along the unfolded ray as if there were no mirror.
 //! Where the ray reaches the floor at the horizontal distance t behind the wall, the irradiance is
 //!
-//!     E = ρ E₀ sin β |s'/(s' − t)|,   tan β = height / horizontal distance,
+//! E = ρ E₀ sin β |s'/(s' − t)|, tan β = height / horizontal distance,
 //!
 //! E₀ the beam's irradiance across itself if the wall only bent it; for a point of intensity I, E₀ = I (s + t)/(s D²), D the length
 //! of the whole ray. E is infinite on the caustic, its integral over a rectangle is not.
