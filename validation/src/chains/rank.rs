@@ -9,7 +9,7 @@ use super::{ChainCheck, FEATURES, Features, starts, step};
 /// Steps of each chain.
 const STEPS: usize = 6;
 
-/// A start x is put at a random place of a chain of [`STEPS`] steps: the chain is run from it in both directions, which are the same
+/// A start x is put at a random place of a chain of `STEPS` steps: the chain is run from it in both directions, which are the same
 /// for a reversible mutation. Weighted by W, the rank of h(x) among all states is uniform; Wald's test of the mean of W (1{rank = r} − 1/(L+1)) with
 /// its own covariance, χ² with L degrees of freedom. All kinds of mutations together.
 pub fn rank<T: ChainTarget>(

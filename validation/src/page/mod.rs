@@ -1,6 +1,6 @@
 //! Pages to look at: one HTML file each, which asks nothing of a network, in light and dark.
 //!
-//! [`environment`] holds `base.html` with style, theme and landmarks; a page is a template that extends it and fills its blocks
+//! `environment` holds `base.html` with style, theme and landmarks; a page is a template that extends it and fills its blocks
 //! `title`, `style`, `header`, `navigation`, `main`, `footer` and `scripts`. Values are escaped where they are put in. A content
 //! security policy forbids what a page should not do.
 
