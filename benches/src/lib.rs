@@ -16,7 +16,7 @@
 //! | What is rendered, by whom, how often; how does it go on after a stop? | [`experiment`] |
 //! | How do other renderers take part? | [`peers`] |
 //! | How large is an error, and when is it small enough? | [`metrics`] |
-//! | What is it measured against? | [`reference`] |
+//! | What is it measured against? | [`mod@reference`] |
 //! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`compare`] |
 //! | What does `results.json` hold, and what is written beside it? | [`results`], [`record`] |
 //! | How does it look? | [`report`] |

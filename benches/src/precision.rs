@@ -31,7 +31,7 @@ fn finite<S: serde::Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::
 
 /// Estimates the relative error of a film from independent batches of equal size,
 ///
-///     ε = √(1/P Σ_j Var Ȳ_j) / (1/P Σ_j E Ȳ_j),
+/// ε = √(1/P Σ_j Var Ȳ_j) / (1/P Σ_j E Ȳ_j),
 ///
 /// where Ȳ_j is the luminance of pixel j of P in the image so far: the standard deviation of a pixel, root mean square over the image, as a share
 /// of its mean brightness. It falls with the square root of the samples.
