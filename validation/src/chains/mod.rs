@@ -18,7 +18,7 @@ mod unbiased;
 
 pub use invariance::invariance;
 pub use rank::rank;
-pub use standard::{chain_checks, primary};
+pub use standard::{chain_checks, path, primary};
 pub use symmetry::symmetry;
 pub use unbiased::unbiased;
 

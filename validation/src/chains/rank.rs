@@ -8,6 +8,9 @@ use super::{ChainCheck, FEATURES, Features, starts, step};
 
 /// Steps of each chain.
 const STEPS: usize = 6;
+/// Features are compared on a grid of 1/`GRID`: a film position or a distance that a mutation keeps is evaluated anew and may differ by rounding, which
+/// would decide what is a tie.
+const GRID: f64 = 16384.0;
 
 /// A start x is put at a random place of a chain of `STEPS` steps: the chain is run from it in both directions, which are the same
 /// for a reversible mutation. Weighted by W, the rank of h(x) among all states is uniform; Wald's test of the mean of W (1{rank = r} − 1/(L+1)) with
@@ -24,7 +27,8 @@ pub fn rank<T: ChainTarget>(
     let kinds = target.kinds().len();
     let ranks = starts(target, scene, seed, count, |x, w, u| {
         let place = (u.next() as f64 * (STEPS + 1) as f64) as usize;
-        let at = |x: &T::State| Features::of(target, scene, x, own).list();
+        let at =
+            |x: &T::State| Features::of(target, scene, x, own).list().map(|v| (v * GRID).round());
         let own_features = at(&x);
         let mut below = [0usize; N];
         let mut equal = [0usize; N];

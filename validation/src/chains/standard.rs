@@ -6,18 +6,22 @@ use pathspace_core::Scene;
 use pathspace_core::random::{Stream, derive_seed};
 use pathspace_integrators::bdpt::Bdpt;
 use pathspace_integrators::chain::ChainTarget;
+use pathspace_integrators::mlt::{Mlt, MltPath, PathChain};
 use pathspace_integrators::mmlt::Mmlt;
 use pathspace_integrators::primary::{
     Integrand, Kernel, PrimaryOptions, PrimaryState, PrimaryTarget,
 };
 use pathspace_integrators::pssmlt::Estimated;
 use pathspace_integrators::pt::PathTracer;
-use pathspace_integrators::{Defaults, SpecError};
+use pathspace_integrators::{Defaults, Spec, SpecError};
 
 use super::{ChainCheck, invariance, rank, symmetry, unbiased};
 
-/// Every test of every built-in mutation on primary sample space, `starts` bootstrap samples each. The p-values are to be judged together
-/// ([`crate::stats::holm`]).
+/// Mutations on path space, by their options.
+const PATH_MUTATIONS: [&str; 5] = ["bidir", "lens", "caustic", "multi", "manifold"];
+
+/// Every test of every built-in mutation on primary sample space and on path space, each mutation alone, `starts` bootstrap samples each.
+/// The p-values are to be judged together ([`crate::stats::holm`]).
 ///
 /// # Errors
 /// Never with the built-in integrators: their own specs are read.
@@ -27,10 +31,9 @@ pub fn chain_checks(
     seed: u64,
     starts: u64,
 ) -> Result<Vec<ChainCheck>, SpecError> {
-    let spec = |text: &str| text.parse();
-    let pt = Arc::new(PathTracer::from_spec(&spec("pt")?, defaults)?);
-    let bdpt = Arc::new(Bdpt::from_spec(&spec("bdpt")?, defaults)?);
-    let mmlt = Mmlt::from_spec(&spec("mmlt")?, defaults)?;
+    let pt = Arc::new(PathTracer::from_spec(&spec_of("pt")?, defaults)?);
+    let bdpt = Arc::new(Bdpt::from_spec(&spec_of("bdpt")?, defaults)?);
+    let mmlt = Mmlt::from_spec(&spec_of("mmlt")?, defaults)?;
     let kelemen = PrimaryOptions { mis: false, ..mmlt.options };
     let gaussian = PrimaryOptions { kernel: Kernel::Gaussian { sigma: 1.0 / 64.0 }, ..kelemen };
     let two_stage = PrimaryOptions { two_stage: true, redraw: true, ..kelemen };
@@ -45,7 +48,39 @@ pub fn chain_checks(
     checks.extend(primary("mmlt, kelemen", target, scene, seed(2), starts));
     let target = PrimaryTarget::new(mmlt.techniques, two_stage);
     checks.extend(primary("mmlt, two-stage", target, scene, seed(3), starts));
+    for (index, alone) in PATH_MUTATIONS.iter().enumerate() {
+        let share = |m: &str| format!("{m}={}", u8::from(m == *alone));
+        // Steps over the whole film: where densities are wrong, they are more so the further a step goes.
+        let options = format!("mlt:{},area=1", PATH_MUTATIONS.map(share).join(","));
+        let target = Mlt::from_spec(&spec_of(&options)?, defaults)?.target(scene);
+        checks.extend(path(
+            &format!("mlt, {alone}"),
+            &target,
+            scene,
+            seed(10 + index as u64),
+            starts,
+        ));
+    }
     Ok(checks)
+}
+
+fn spec_of(text: &str) -> Result<Spec, SpecError> {
+    text.parse()
+}
+
+/// Every test of a chain on path space, with ln f* and the logarithm of the length of the edge at the sensor as functions of its own.
+pub fn path(
+    name: &str,
+    target: &PathChain,
+    scene: &Scene,
+    seed: u64,
+    starts: u64,
+) -> Vec<ChainCheck> {
+    let own = |x: &MltPath| {
+        let last = x.edge(x.length() - 1);
+        [x.target().ln(), 0.5 * last.distance2().ln()]
+    };
+    every(name, target, scene, &own, seed, starts)
 }
 
 /// Every test of a chain on primary sample space, with ln f* and the first coordinate as functions of its own.
@@ -61,11 +96,22 @@ pub fn primary<I: Integrand>(
         let coordinate = x.point.vector.get(Stream::Sensor, 0);
         [x.point.f.ln(), coordinate.unwrap_or(0.0).into()]
     };
-    let mut checks = invariance(name, &target, scene, &own, seed, starts);
-    checks.extend(symmetry(name, &target, scene, derive_seed(seed, 1), starts));
+    every(name, &target, scene, &own, seed, starts)
+}
+
+fn every<T: ChainTarget>(
+    name: &str,
+    target: &T,
+    scene: &Scene,
+    own: &(impl Fn(&T::State) -> [f64; 2] + Sync),
+    seed: u64,
+    starts: u64,
+) -> Vec<ChainCheck> {
+    let mut checks = invariance(name, target, scene, own, seed, starts);
+    checks.extend(symmetry(name, target, scene, derive_seed(seed, 1), starts));
     // As much work as for one step.
     let long = starts / 4;
-    checks.extend(rank(name, &target, scene, &own, derive_seed(seed, 2), long));
-    checks.extend(unbiased(name, &target, scene, &own, derive_seed(seed, 3), long));
+    checks.extend(rank(name, target, scene, own, derive_seed(seed, 2), long));
+    checks.extend(unbiased(name, target, scene, own, derive_seed(seed, 3), long));
     checks
 }

@@ -154,7 +154,7 @@ impl Suite {
         Suite {
             name: "chains",
             summary: "every mutation of the built-in Markov chains against the invariance of its target",
-            parts: vec![Part::Chains { scenes: SCENES, starts: 50_000 }],
+            parts: vec![Part::Chains { scenes: SCENES, starts: 100_000 }],
             config: Config::default(),
         }
     }

@@ -1,4 +1,4 @@
-//! Every mutation on primary sample space, alone, leaves its target invariant.
+//! Every mutation, alone, leaves its target invariant.
 
 use pathspace_core::Scene;
 use pathspace_core::path::WalkRules;
