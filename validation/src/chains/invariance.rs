@@ -1,11 +1,12 @@
 //! One step leaves the target as it is.
 
 use pathspace_core::Scene;
-use pathspace_integrators::chain::{Chain, ChainTarget};
+use pathspace_integrators::chain::ChainTarget;
 
-use super::{ChainCheck, FEATURES, Features, starts, step};
+use super::{ChainCheck, FEATURES, Features, starts};
 
-/// Z = W(x) [h(X₁) − h(x)] over `count` bootstrap samples x and one mutation of each, for every feature h; each kind of mutation by itself.
+/// Z = W(x) a(x→y) [h(y) − h(x)] over `count` bootstrap samples x and one proposal y of each, for every feature h; each kind of mutation by itself.
+/// With a in place of the decision no W a is much larger than f*(y) of where a proposal of that density comes from: large W leave rarely.
 /// E Z = 0 exactly where kinds are chosen without regard to the state.
 pub fn invariance<T: ChainTarget>(
     name: &str,
@@ -16,16 +17,16 @@ pub fn invariance<T: ChainTarget>(
     count: u64,
 ) -> Vec<ChainCheck> {
     let kinds = target.kinds();
-    let moves = starts(target, scene, seed, count, |x, w, u| {
+    let moves = starts(target, scene, seed, count, |mut x, w, u| {
         let before = Features::of(target, scene, &x, own).list();
-        let mut chain = Chain::new(x, kinds.len());
-        let (kind, moved) = step(target, scene, &mut chain, u);
-        let change = if moved {
-            let after = Features::of(target, scene, &chain.state, own).list();
-            std::array::from_fn(|i| w * (after[i] - before[i]))
-        } else {
-            [0.0; FEATURES.len()]
-        };
+        let proposal = target.propose(scene, &mut x, u);
+        let mut change = [0.0; FEATURES.len()];
+        if let Some(y) = proposal.state {
+            let after = Features::of(target, scene, &y, own).list();
+            let w = w * proposal.acceptance.min(1.0);
+            change = std::array::from_fn(|i| w * (after[i] - before[i]));
+        }
+        let kind = usize::from(proposal.kind);
         (kind, change)
     });
     let mut checks = Vec::new();

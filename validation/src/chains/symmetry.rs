@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use pathspace_core::Scene;
-use pathspace_integrators::chain::{Chain, ChainTarget};
+use pathspace_integrators::chain::ChainTarget;
 
-use super::{ChainCheck, Features, starts, step};
+use super::{ChainCheck, Features, starts};
 
-/// Bowker's (1948) test of symmetry, weighted: χ² = Σ_{A<B} (Σ±W)²/ΣW² over pairs of cells, + for moves from A to B, − for moves from B to A. Cells repeat
-/// over the film with period three, so that a drift in one direction is seen, which smaller periods would hide; and once more
-/// by path length and technique.
+/// Bowker's (1948) test of symmetry, weighted: χ² = Σ_{A<B} (Σ±W)²/ΣW² over pairs of cells, W times the acceptance of a proposal from A
+/// to B, − from B to A. Cells repeat over the film with period three, so that a drift in one direction is seen, which smaller periods
+/// would hide; and once more by path length and technique.
 pub fn symmetry<T: ChainTarget>(
     name: &str,
     target: &T,
@@ -19,11 +19,13 @@ pub fn symmetry<T: ChainTarget>(
 ) -> Vec<ChainCheck> {
     let kinds = target.kinds();
     let own = |_: &T::State| [0.0; 2];
-    let moves = starts(target, scene, seed, count, |x, w, u| {
+    let moves = starts(target, scene, seed, count, |mut x, w, u| {
         let before = cells(&Features::of(target, scene, &x, &own));
-        let mut chain = Chain::new(x, kinds.len());
-        let (kind, moved) = step(target, scene, &mut chain, u);
-        moved.then(|| (kind, w, before, cells(&Features::of(target, scene, &chain.state, &own))))
+        let proposal = target.propose(scene, &mut x, u);
+        let y = proposal.state.filter(|_| proposal.acceptance > 0.0)?;
+        let w = w * proposal.acceptance.min(1.0);
+        let after = cells(&Features::of(target, scene, &y, &own));
+        Some((usize::from(proposal.kind), w, before, after))
     });
     let mut checks = Vec::new();
     for (kind, kind_name) in kinds.iter().enumerate() {
@@ -35,11 +37,11 @@ pub fn symmetry<T: ChainTarget>(
                     let pair = pairs.entry([a.min(b), a.max(b)]).or_default();
                     pair[0] += if a < b { *w } else { -w };
                     pair[1] += w * w;
-                    pair[2] += 1.0;
+                    pair[2] += w;
                 }
             }
-            // Too few moves are no normal sum.
-            let used: Vec<_> = pairs.values().filter(|p| p[2] >= 20.0).collect();
+            // Too few moves, (Σw)²/Σw² of them, are no normal sum.
+            let used: Vec<_> = pairs.values().filter(|p| p[2] * p[2] >= 20.0 * p[1]).collect();
             if !used.is_empty() {
                 let chi2 = used.iter().map(|p| p[0] * p[0] / p[1]).sum();
                 checks.push(ChainCheck::chi_squared(

@@ -87,6 +87,7 @@ impl Suite {
             Suite::quick(),
             Suite::pairs(),
             Suite::exact(),
+            Suite::chains(),
             Suite::hard(),
             Suite::all(),
             Suite::calibration(),
