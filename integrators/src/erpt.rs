@@ -184,4 +184,9 @@ impl Run for ErptRun {
     fn save(&self) -> State {
         State { step: self.step, bytes: Vec::new() }
     }
+
+    fn seek(&mut self, step: u64) -> bool {
+        self.step = step;
+        true
+    }
 }

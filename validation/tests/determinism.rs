@@ -100,3 +100,23 @@ fn other_seeds_give_other_films() {
         assert!(film(1).sums() != film(2).sums(), "{}", integrator.spec());
     }
 }
+
+#[test]
+fn a_step_that_is_sought_is_the_one_that_its_turn_brings() {
+    let scene = scene();
+    let mut sought = Vec::new();
+    for integrator in integrators() {
+        let films = || (Film::new(scene.film(), LAYERS), Film::new(scene.film(), LAYERS));
+        let ((mut turn, mut earlier), (mut alone, _)) = (films(), films());
+        let mut run = integrator.start(scene.clone(), 9).unwrap();
+        run.step(&mut earlier);
+        run.step(&mut turn);
+        let mut run = integrator.start(scene.clone(), 9).unwrap();
+        if run.seek(1) {
+            run.step(&mut alone);
+            assert!(same(&turn, &alone), "{}", integrator.spec());
+            sought.push(integrator.name().to_owned());
+        }
+    }
+    assert_eq!(sought, ["pt", "pt", "lt", "bdpt", "erpt"]);
+}

@@ -84,6 +84,11 @@ impl Run for VcmRun {
     fn save(&self) -> State {
         State { step: self.step, bytes: Vec::new() }
     }
+
+    fn seek(&mut self, step: u64) -> bool {
+        self.step = step;
+        true
+    }
 }
 
 /// One light subpath, with technique t = 1 of each of its vertices.
