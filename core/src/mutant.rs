@@ -78,6 +78,8 @@ mutants! {
     IndependentB = "independent-b",
     /// Large steps are weighted as if there were no small ones.
     LargeStepWeight = "large-step-weight",
+    /// `rjmlt` leaves the Jacobian of a jump out of the acceptance.
+    JumpJacobian = "no-jump-jacobian",
     /// A lazily mutated vector keeps the moves of a proposal that was rejected.
     RejectedKept = "rejected-move-kept",
 }

@@ -43,6 +43,31 @@ impl Stream {
     pub const COUNT: usize = 4;
 }
 
+/// Number of values that a coordinate takes: multiples of 2⁻²⁴ in [0, 1).
+const GRID: f64 = (1u32 << 24) as f64;
+
+/// The coordinate nearest to `x`.
+#[inline]
+pub fn nearest_coordinate(x: f64) -> f32 {
+    ((x * GRID).round_ties_even().clamp(0.0, GRID - 1.0) / GRID) as f32
+}
+
+/// The coordinate in [`low`, `high`) that is nearest to `x`; `None` where there is none.
+pub fn nearest_coordinate_in(low: f64, high: f64, x: f64) -> Option<f32> {
+    let (first, end) = ((low * GRID).ceil().max(0.0), (high * GRID).ceil().min(GRID));
+    (first < end).then(|| ((x * GRID).round_ties_even().clamp(first, end - 1.0) / GRID) as f32)
+}
+
+/// One of the coordinates in [`low`, `high`), all alike, by the uniform number `u`: what a choice among intervals is inverted to. `None`
+/// where the interval is so short that it holds none, so that the choice is never made.
+#[inline]
+pub fn coordinate_between(low: f64, high: f64, u: f32) -> Option<f32> {
+    let first = (low * GRID).ceil().max(0.0);
+    let count = (high * GRID).ceil().min(GRID) - first;
+    let k = first + (u as f64 * count).floor();
+    (count >= 1.0).then_some((k / GRID) as f32)
+}
+
 /// What a random number depends on besides its dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Address {

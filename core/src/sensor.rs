@@ -6,12 +6,13 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::description::{Crop, FilmDescription, SensorDescription};
 use crate::math::{Ray, warp};
 use crate::measure::{Area, Density, Mass, SolidAngle};
 use crate::path::Vertex;
+use crate::random::nearest_coordinate;
 use crate::scene::{Normalisation, SceneError};
 
 /// Perspective sensor in the normalised scene.
@@ -162,6 +163,22 @@ impl Sensor {
         let Crop { x, y, width, height } = self.crop;
         let film = Vec2::new(x as f32 + u[0] * width as f32, y as f32 + u[1] * height as f32);
         Vec2::new(below(film.x, (x + width) as f32), below(film.y, (y + height) as f32))
+    }
+
+    /// Inverse of [`Sensor::film_point`] for a position in the crop window.
+    pub fn invert_film(&self, film: Vec2) -> [f32; 2] {
+        let Crop { x, y, width, height } = self.crop;
+        let at = |v: f32, origin: u32, size: u32| {
+            nearest_coordinate((v as f64 - origin as f64) / size as f64)
+        };
+        [at(film.x, x, width), at(film.y, y, height)]
+    }
+
+    /// Numbers by which [`Sensor::sample_vertex`] takes a point of the lens; none are read for a pinhole.
+    pub fn invert_vertex(&self, p: Vec3) -> Option<[f32; 2]> {
+        let q = (p.as_dvec3() - self.origin) / self.lens_radius;
+        let q = DVec2::new(self.axes[0].dot(q), self.axes[1].dot(q)).as_vec2();
+        (!self.is_pinhole()).then(|| warp::concentric_disk_inverse(q))
     }
 
     /// The unit direction in which a ray from the lens point `p` lands on `film`: the inverse of [`Sensor::film_position`].

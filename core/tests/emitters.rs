@@ -43,7 +43,7 @@ fn octahedron() -> MeshData {
 }
 
 /// Shapes about the origin: convex ones round it, flat ones through it with normal +z.
-fn shapes() -> Vec<(&'static str, ShapeGeometry, DAffine3)> {
+pub fn shapes() -> Vec<(&'static str, ShapeGeometry, DAffine3)> {
     let turned = DQuat::from_rotation_x(0.3);
     let place =
         |scale: DVec3| DAffine3::from_scale_rotation_translation(scale, turned, DVec3::ZERO);
@@ -65,7 +65,7 @@ fn is_flat(geometry: &ShapeGeometry) -> bool {
     matches!(geometry, ShapeGeometry::Disk | ShapeGeometry::Rectangle)
 }
 
-fn emitters(
+pub fn emitters(
     shape: Option<(&ShapeGeometry, DAffine3, bool)>,
     others: Vec<EmitterDescription>,
 ) -> Scene {
@@ -88,12 +88,12 @@ fn emitters(
     Scene::new(&description).unwrap()
 }
 
-fn lamp() -> EmitterDescription {
+pub fn lamp() -> EmitterDescription {
     EmitterDescription::Point { position: DVec3::new(0.0, 0.0, 1.5), intensity: Rgb::grey(0.3) }
 }
 
 /// World → normalised.
-fn inside(scene: &Scene, p: DVec3) -> Vec3 {
+pub fn inside(scene: &Scene, p: DVec3) -> Vec3 {
     let n = scene.normalisation();
     ((p - n.center) * n.scale).as_vec3()
 }

@@ -8,4 +8,5 @@ mod chi2;
 mod delta;
 mod emitters;
 mod geometry;
+mod inverses;
 mod sensor;

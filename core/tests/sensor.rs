@@ -23,7 +23,7 @@ fn placed() -> DAffine3 {
 }
 
 /// Sensors that differ in everything a description says, with the film they belong to.
-fn sensors() -> Vec<(&'static str, Scene)> {
+pub fn sensors() -> Vec<(&'static str, Scene)> {
     let square = FilmDescription::new(32, 32);
     let wide = FilmDescription::new(40, 24);
     let crop = FilmDescription { crop: Crop { x: 7, y: 3, width: 11, height: 17 }, ..wide };

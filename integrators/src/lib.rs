@@ -8,6 +8,7 @@
 //! | [`pssmlt`] | primary-sample-space Metropolis light transport | those of pt or bdpt |
 //! | [`mlt`] | Metropolis light transport on path space | all |
 //! | [`mmlt`] | multiplexed Metropolis light transport | all |
+//! | [`rjmlt`] | reversible jump Metropolis light transport | all |
 //! | [`erpt`] | energy redistribution path tracing | those of pt or bdpt |
 //! | [`radiosity`] | finite elements, for diffuse scenes | none: it reads what they send to the eye |
 //!
@@ -24,6 +25,7 @@ pub mod pssmlt;
 pub mod pt;
 pub mod radiosity;
 mod registry;
+pub mod rjmlt;
 mod spec;
 mod trace;
 

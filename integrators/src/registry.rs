@@ -10,6 +10,7 @@ use crate::mmlt::{self, Mmlt};
 use crate::pssmlt;
 use crate::pt::{self, PathTracer};
 use crate::radiosity::{self, RadiosityIntegrator};
+use crate::rjmlt::{self, Rjmlt};
 use crate::spec::{Defaults, Spec, SpecError};
 
 /// Builds an integrator from its options.
@@ -59,6 +60,11 @@ impl Registry {
                 mmlt::NAME,
                 "multiplexed Metropolis: a chain per path length, all techniques",
                 |spec, defaults| Ok(Box::new(Mmlt::from_spec(spec, defaults)?)),
+            )
+            .with(
+                rjmlt::NAME,
+                "reversible jump Metropolis: mmlt with jumps between techniques",
+                |spec, defaults| Ok(Box::new(Rjmlt::from_spec(spec, defaults)?)),
             )
             .with(erpt::NAME, "energy redistribution path tracing", |spec, defaults| {
                 Ok(Box::new(Erpt::from_spec(spec, defaults)?))

@@ -27,6 +27,7 @@ fn integrators() -> Vec<Box<dyn Integrator>> {
         "lt",
         "bdpt:max_depth=4",
         "mmlt:bootstrap=3000,chains=200,max_depth=5",
+        "rjmlt:bootstrap=3000,chains=90,max_depth=4,jump=0.4",
         "mlt:max_depth=5,chains=40,bootstrap=3000,target=two-stage",
         "erpt:seeds=bdpt,mutations=20",
         "pssmlt:bootstrap=3000,chains=77,stratify=true",

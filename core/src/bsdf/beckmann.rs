@@ -48,6 +48,18 @@ pub(super) fn gaussian_slope(u: f32) -> f32 {
     erf_inverse((2.0 * f64::from(u) - 1.0).max(2.0 * HALF_STEP - 1.0)) as f32
 }
 
+/// Inverse of [`gaussian_slope`].
+pub(super) fn gaussian_slope_inverse(y: f64) -> f32 {
+    (0.5 * (1.0 + libm::erf(y))) as f32
+}
+
+/// Inverse of [`visible_slope`]: H(erf x)/H(erf(c/s)).
+pub(super) fn visible_slope_inverse(c: f64, s: f64, x: f64) -> f32 {
+    let k = s * 0.25 * std::f64::consts::FRAC_2_SQRT_PI;
+    let h = |x: f64| 0.5 * c * (1.0 + libm::erf(x)) + k * (-x * x).exp();
+    (h(x) / h(c / s)) as f32
+}
+
 /// Slope x along a direction with cosine `c` and sine `s` (any common scale): density
 /// ∝ max(0, c − x s) exp(−x²), the marginal of the visible slopes (Heitz and d'Eon 2014, §4;
 /// inverted numerically in b = erf(x) as in Jakob 2014, "An Improved Visible Normal Sampling

@@ -10,6 +10,7 @@ use super::{
 use crate::color::Rgb;
 use crate::measure::Mass;
 use crate::mutant::{self, Mutant};
+use crate::random::coordinate_between;
 
 /// Fresnel reflection and refraction by Snell's law; the normal points to the side of `ext_ior`.
 ///
@@ -108,6 +109,16 @@ impl Dielectric {
         } else {
             (t > 0.0 && is_same_direction(wi, split.refracted))
                 .then(|| (self.transmission_weight(split.eta, mode) * t as f32, Mass::new(t)))
+        }
+    }
+
+    /// A number that makes [`Dielectric::sample`] stay on the side of `wo`, or leave it, as `wi` does.
+    pub(super) fn invert(&self, wo: Vec3, wi: Vec3, u: f32) -> Option<f32> {
+        let r = self.split(wo).reflectance;
+        if wo.z * wi.z > 0.0 {
+            coordinate_between(0.0, r, u)
+        } else {
+            coordinate_between(r, 1.0, u)
         }
     }
 

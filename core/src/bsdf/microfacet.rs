@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::beckmann;
 use crate::description::MicrofacetKind;
@@ -129,6 +129,32 @@ impl Microfacet {
         }
     }
 
+    /// Inverse of [`Microfacet::sample`] for a normal `m` on the side of `wo`.
+    pub fn invert(&self, wo: DVec3, m: DVec3) -> [f32; 2] {
+        let alpha = self.alpha.as_dvec2();
+        if self.sample_visible && self.kind == MicrofacetKind::Ggx {
+            let w = (alpha * wo.truncate()).extend(wo.z).normalize();
+            let h = (m.truncate() / alpha).extend(m.z).normalize();
+            // c = λh − w has length 1 for λ = 2 h·w.
+            let h = h * (2.0 * h.dot(w));
+            return [(1.0 - h.z / (1.0 + w.z)) as f32, turn(h.truncate() - w.truncate())];
+        }
+        let slope = m.truncate() / (alpha * m.z);
+        if !self.sample_visible {
+            let r2 = slope.length_squared();
+            let u = match self.kind {
+                MicrofacetKind::Beckmann => -(-r2).exp_m1(),
+                MicrofacetKind::Ggx => r2 / (1.0 + r2),
+            };
+            return [u as f32, turn(slope)];
+        }
+        let stretched = alpha * wo.truncate();
+        let s = stretched.length();
+        let dir = if s > 0.0 { stretched / s } else { DVec2::X };
+        let along = beckmann::visible_slope_inverse(wo.z, s, -slope.dot(dir));
+        [along, beckmann::gaussian_slope_inverse(-slope.dot(dir.perp()))]
+    }
+
     /// Visible GGX normals: in the stretched space the reflected direction is uniform on a
     /// spherical cap z > −ω_o.z (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
     /// Spherical Caps"). Heights are kept as differences to 1, so that small α lose no digits.
@@ -158,4 +184,10 @@ impl Microfacet {
         let slope = Vec2::new(dir.x * along - dir.y * across, dir.y * along + dir.x * across);
         (-(self.alpha * slope)).extend(1.0).normalize()
     }
+}
+
+/// Azimuth as a fraction of the circle, in \[0, 1).
+fn turn(v: DVec2) -> f32 {
+    let turn = v.y.atan2(v.x) / std::f64::consts::TAU;
+    (if turn < 0.0 { turn + 1.0 } else { turn }) as f32
 }

@@ -40,6 +40,7 @@ pub use rough_conductor::RoughConductor;
 use crate::color::Rgb;
 use crate::description::MaterialKind;
 use crate::measure::{Density, Mass, SolidAngle};
+use crate::random::PrimarySample;
 
 /// What a walk transports (Veach 1997, §4.4 and §5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -238,6 +239,26 @@ impl Bsdf {
                 let (model, side) = self.facing(wo)?;
                 let sample = model.sample(mirror(wo, side), u)?;
                 Some(BsdfSample { wi: mirror(sample.wi, side), ..sample })
+            }
+        }
+    }
+
+    /// Numbers (`u_lobe`, `u`) by which [`Bsdf::sample`] takes `wo` to `wi`: a probabilistic inverse (Bitterli et al. 2017, §4). Those that the outcome does not
+    /// depend on are drawn from `free`, the number of a choice uniformly from all that make it. `None` where no numbers do.
+    ///
+    /// A delta lobe is told from the sides of the directions alone: where it leads is not checked.
+    pub fn invert<U: PrimarySample>(&self, wo: Vec3, wi: Vec3, free: &mut U) -> Option<[f32; 3]> {
+        match self {
+            Bsdf::Dielectric(model) => {
+                let [u, v] = free.next2();
+                Some([model.invert(wo, wi, free.next())?, u, v])
+            }
+            Bsdf::Null => (wo.z * wi.z < 0.0).then(|| [free.next(), free.next(), free.next()]),
+            Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
+                let (model, side) = self.facing(wo)?;
+                let lobe = free.next();
+                let [u, v] = model.invert(mirror(wo, side), mirror(wi, side), free)?;
+                Some([lobe, u, v])
             }
         }
     }

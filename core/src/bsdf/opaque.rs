@@ -5,7 +5,9 @@ use glam::Vec3;
 use super::{BsdfError, BsdfSample, Conductor, Diffuse, RoughConductor};
 use crate::color::Rgb;
 use crate::description::MaterialKind;
+use crate::math::warp;
 use crate::measure::{Density, Mass, SolidAngle};
+use crate::random::PrimarySample;
 
 /// A model that scatters in front (z > 0) and is black behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +95,23 @@ impl Opaque {
             Opaque::Diffuse(model) => model.sample(wo, u),
             Opaque::Conductor(model) => model.sample(wo),
             Opaque::RoughConductor(model) => model.sample(wo, u),
+        }
+    }
+
+    /// Numbers by which [`Opaque::sample`] takes `wo` to `wi`.
+    pub(super) fn invert<U: PrimarySample>(
+        &self,
+        wo: Vec3,
+        wi: Vec3,
+        free: &mut U,
+    ) -> Option<[f32; 2]> {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return None;
+        }
+        match self {
+            Opaque::Diffuse(_) => Some(warp::cosine_hemisphere_inverse(wi)),
+            Opaque::Conductor(_) => Some(free.next2()),
+            Opaque::RoughConductor(model) => Some(model.invert(wo, wi)),
         }
     }
 

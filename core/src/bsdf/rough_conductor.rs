@@ -111,6 +111,12 @@ impl RoughConductor {
         }
     }
 
+    /// Inverse of [`RoughConductor::sample`] for two directions in front of the surface.
+    pub(super) fn invert(&self, wo: Vec3, wi: Vec3) -> [f32; 2] {
+        let (wo, wi) = (wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
+        self.microfacet.invert(wo, (wo + wi).normalize())
+    }
+
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
         if wo.z <= 0.0 {

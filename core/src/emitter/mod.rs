@@ -9,6 +9,8 @@
 //!
 //! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
 
+mod cone;
+mod inverse;
 mod sample;
 
 pub use sample::{DirectSample, EmissionSample, NextDensity};
@@ -17,6 +19,7 @@ use glam::Vec3;
 
 use crate::color::Rgb;
 use crate::measure::{Area, Density, Mass};
+use crate::random::coordinate_between;
 
 /// One emitter of the built scene, in normalised units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +119,14 @@ impl Emitters {
         // The first whose running sum exceeds x: emitters without power are never it.
         let i = self.cdf.partition_point(|&c| c <= x).min(self.cdf.len() - 1);
         Some((i as u32, Mass::new(self.mass[i])))
+    }
+
+    /// A number by which [`Emitters::pick`] gives this emitter, by the uniform number `u`; `None` where there is none.
+    pub fn invert_pick(&self, index: u32, u: f32) -> Option<f32> {
+        let i = index as usize;
+        let low = if i == 0 { 0.0 } else { self.cdf[i - 1] };
+        let total = self.cdf[self.cdf.len() - 1];
+        coordinate_between(low / total, self.cdf[i] / total, u)
     }
 
     /// Probability that [`Emitters::pick`] gives this emitter.

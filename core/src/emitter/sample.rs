@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 
+use super::cone::Cone;
 use super::{Emitter, beam_density};
 use crate::color::Rgb;
 use crate::math::{Frame, Ray, warp};
@@ -278,51 +279,4 @@ impl Scene {
 /// Counting measure: the one place it can be.
 fn at_delta() -> Density<Area> {
     Density::at_delta(Mass::ONE)
-}
-
-/// The cone under which a sphere is seen from outside.
-struct Cone {
-    reference: glam::DVec3,
-    center: glam::DVec3,
-    radius: f64,
-    /// 1 − cos θ_max, without cancellation.
-    one_minus_cos: f64,
-}
-
-impl Cone {
-    /// `None` from inside or on the sphere.
-    fn new(reference: Vec3, center: glam::DVec3, radius: f64) -> Option<Self> {
-        let reference = reference.as_dvec3();
-        let sin2 = radius * radius / (center - reference).length_squared();
-        // Close to the surface the cone covers half the sphere: area sampling is no worse there, and stable.
-        if sin2 >= 0.999_999 {
-            return None;
-        }
-        let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
-        Some(Cone { reference, center, radius, one_minus_cos })
-    }
-
-    fn pdf(&self) -> Density<SolidAngle> {
-        Density::new(1.0 / (2.0 * PI * self.one_minus_cos))
-    }
-
-    /// The point of the sphere in a direction uniform in the cone.
-    fn sample(&self, u: [f32; 2]) -> Vec3 {
-        let to_center = self.center - self.reference;
-        let distance2 = to_center.length_squared();
-        let distance = distance2.sqrt();
-        let one_minus_cos = u[0] as f64 * self.one_minus_cos;
-        let cos = 1.0 - one_minus_cos;
-        let sin2 = one_minus_cos * (2.0 - one_minus_cos);
-        // Nearer of the two intersections along the sampled direction.
-        let t = distance * cos - (self.radius * self.radius - distance2 * sin2).max(0.0).sqrt();
-        let frame = Frame::from_normal((to_center / distance).as_vec3());
-        let phi = 2.0 * PI * u[1] as f64;
-        let sin = sin2.sqrt();
-        let d = frame.s.as_dvec3() * (phi.cos() * sin)
-            + frame.t.as_dvec3() * (phi.sin() * sin)
-            + to_center / distance * cos;
-        let p = self.reference + d * t;
-        (self.center + (p - self.center).normalize() * self.radius).as_vec3()
-    }
 }

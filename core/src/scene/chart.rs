@@ -144,7 +144,7 @@ impl Chart {
 }
 
 /// Coordinates of q = x·a + y·b.
-fn affine(q: DVec3, a: DVec3, b: DVec3) -> [f64; 2] {
+pub(super) fn affine(q: DVec3, a: DVec3, b: DVec3) -> [f64; 2] {
     let (aa, ab, bb, qa, qb) = (a.dot(a), a.dot(b), b.dot(b), q.dot(a), q.dot(b));
     let det = aa * bb - ab * ab;
     [(qa * bb - qb * ab) / det, (qb * aa - qa * ab) / det]
@@ -217,7 +217,7 @@ impl Scene {
     }
 
     /// Corner 0 of a triangle and the edges to corners 1 and 2.
-    fn corner(&self, prim: u32) -> (DVec3, DVec3, DVec3) {
+    pub(super) fn corner(&self, prim: u32) -> (DVec3, DVec3, DVec3) {
         let [a, b, c] = self.accel().primitives().triangles[prim as usize].map(|v| v.as_dvec3());
         (a, b - a, c - a)
     }
@@ -229,7 +229,7 @@ impl Scene {
         Map::Parallelogram { o, u, v }
     }
 
-    fn disk_center(&self, prim: u32) -> DVec3 {
+    pub(super) fn disk_center(&self, prim: u32) -> DVec3 {
         let primitives = self.accel().primitives();
         let index = prim as usize - primitives.triangles.len() - primitives.spheres.len();
         primitives.disks[index].center.as_dvec3()

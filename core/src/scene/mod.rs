@@ -4,6 +4,7 @@ mod build;
 mod chart;
 mod check;
 mod curvature;
+mod inverse;
 mod shape;
 mod surface;
 

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::geometry::offset_origin;
 use crate::math::{Frame, Ray};
 use crate::measure::End;
+use crate::path::Vertex;
 
 /// Marks [`SurfacePoint::emitter`] of surfaces that do not emit.
 pub const NO_EMITTER: u32 = u32::MAX;
@@ -48,5 +49,15 @@ impl SurfacePoint {
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
         Ray::new(offset_origin(self.p, self.n_g, self.error, d), d)
+    }
+
+    /// The unit direction in which [`SurfacePoint::spawn`] meets `next`: not quite the edge's own, because the ray starts beside the point. Without that, walks
+    /// laid along a given path would miss its vertices by the offset, always to the same side.
+    pub fn aim(&self, next: &Vertex) -> Vec3 {
+        let d = next.direction_from(self.p);
+        match next.position() {
+            Some(p) => (p - offset_origin(self.p, self.n_g, self.error, d)).normalize_or(d),
+            None => d,
+        }
     }
 }

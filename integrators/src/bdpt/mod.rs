@@ -10,14 +10,18 @@
 //! | the techniques | `connect` |
 //! | connections to a cache of light vertices | `cache` |
 //! | one technique alone | `single` |
-//! | weights of a given path, for tests | `replay` |
+//! | numbers by which a technique makes a given path | `inverse` |
+//! | densities and weights of all techniques of a given path | `shares` |
+//! | the same by the code that renders, for tests | `replay` |
 //! | debug builds check weights against the oracle | `verify` |
 //! | weights, O(1) per connection | `weight` |
 //! | which techniques take part | `techniques` |
 
 mod cache;
 mod connect;
+mod inverse;
 mod replay;
+mod shares;
 mod single;
 mod subpath;
 mod techniques;
@@ -37,6 +41,7 @@ use pathspace_core::path::WalkRules;
 use pathspace_core::random::{PrimarySample, Stream};
 
 use self::cache::CachedRun;
+pub use self::inverse::Numbers;
 pub use self::techniques::TechniqueSet;
 use self::walks::Walks;
 use crate::spec::{Defaults, Options, Spec, SpecError};

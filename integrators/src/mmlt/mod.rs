@@ -10,13 +10,13 @@ use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
 use pathspace_core::mutant::{self, Mutant};
-use pathspace_core::path::Technique;
-use pathspace_core::random::{PrimarySample, RandomStream, Stream};
+use pathspace_core::path::{PathRecord, Technique};
+use pathspace_core::random::{PrimarySample, RandomStream, Stream, coordinate_between};
 
 use crate::bdpt::Bdpt;
 use crate::chain::{ChainRun, ImageWeight};
 use crate::primary::{Integrand, PrimaryOptions, PrimaryTarget};
-use crate::spec::{Defaults, Spec, SpecError};
+use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
 pub const NAME: &str = "mmlt";
@@ -39,19 +39,27 @@ impl Mmlt {
     /// Where an option is unknown or its value out of range.
     pub fn from_spec(spec: &Spec, defaults: &Defaults) -> Result<Self, SpecError> {
         let mut options = spec.options();
+        let mmlt = Mmlt::from_options(&mut options, defaults)?;
+        options.finish()?;
+        Ok(Mmlt { spec: spec.to_string(), ..mmlt })
+    }
+
+    /// The same for an integrator that has options beside those.
+    pub(crate) fn from_options(
+        options: &mut Options<'_>,
+        defaults: &Defaults,
+    ) -> Result<Self, SpecError> {
         let redraw = options.choice("lengths", &[("chain", false), ("step", true)])?;
         let mis = options.boolean("mis", false)?;
         if mis && !redraw {
             return Err(options.bad("mis", "true", "false, or lengths=step"));
         }
-        let chain = PrimaryOptions::from_options(&mut options)?;
-        let mmlt = Mmlt {
-            techniques: Multiplexed::from_options(&mut options, defaults)?,
+        let chain = PrimaryOptions::from_options(options)?;
+        Ok(Mmlt {
+            techniques: Multiplexed::from_options(options, defaults)?,
             options: PrimaryOptions { mis, redraw, ..chain },
-            spec: spec.to_string(),
-        };
-        options.finish()?;
-        Ok(mmlt)
+            spec: NAME.to_owned(),
+        })
     }
 }
 
@@ -94,12 +102,18 @@ impl Multiplexed {
     ///
     /// # Errors
     /// [`SpecError::BadValue`].
-    pub fn from_options(
-        options: &mut crate::spec::Options<'_>,
-        defaults: &Defaults,
-    ) -> Result<Self, SpecError> {
+    pub fn from_options(options: &mut Options<'_>, defaults: &Defaults) -> Result<Self, SpecError> {
         let ratio = options.number("continue", 0.9, 0.01..=0.99)?;
         Ok(Multiplexed { bdpt: Bdpt::for_chains(options, defaults)?, ratio })
+    }
+
+    /// The coordinate that selects the technique.
+    pub const SELECTOR: (Stream, usize) = (Stream::Connection, 0);
+
+    /// A value of the selector for the techniques with s emitter-side vertices, any of them by the uniform number `u`.
+    pub fn select(scene: &Scene, k: u16, s: usize, u: f32) -> Option<f32> {
+        let (count, s) = (f64::from(Multiplexed::count(scene, k)), s as f64);
+        coordinate_between(s / count, (s + 1.0) / count, u)
     }
 
     /// Number of techniques of paths with k edges: s = 0 … k + 1, without t = 0 where the sensor is a pinhole.
@@ -155,8 +169,14 @@ struct Times<'a, S> {
 }
 
 impl<S: Sink> Sink for Times<'_, S> {
+    const RECORDS_PATHS: bool = S::RECORDS_PATHS;
+
     fn add(&mut self, c: Contribution) {
         self.sink.add(Contribution { value: c.value * self.factor, ..c });
+    }
+
+    fn record(&mut self, record: PathRecord) {
+        self.sink.record(record);
     }
 }
 

@@ -14,8 +14,10 @@ mod vector;
 
 pub use kernel::{Kernel, Perturbation};
 pub use stratify::Place;
-pub use target::{Integrand, KINDS, PrimaryOptions, PrimaryPoint, PrimaryState, PrimaryTarget};
-pub use vector::{Moving, PrimaryVector, Recorder};
+pub use target::{
+    Integrand, Jump, KINDS, PrimaryOptions, PrimaryPoint, PrimaryState, PrimaryTarget,
+};
+pub use vector::{Moving, PrimaryVector, Reading, Recorder};
 
 use crate::spec::{Options, SpecError};
 

@@ -27,8 +27,41 @@ pub trait Integrand: Send + Sync + 'static {
         sink: &mut S,
     );
 
+    /// A coordinate that small steps leave alone because jumps change it; `None` for an integrand without jumps.
+    fn held(&self) -> Option<(Stream, usize)> {
+        None
+    }
+
+    /// Proposes other coordinates for what the coordinates x of a part stand for; writes them to `y`. An integrand without jumps always stays.
+    fn jump(
+        &self,
+        _scene: &Scene,
+        _part: u16,
+        _x: &mut PrimaryVector,
+        _y: &mut PrimaryVector,
+        _u: &mut RandomStream,
+    ) -> Jump {
+        Jump::Stays
+    }
+
     /// An image for the two-stage target.
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight;
+}
+
+/// What came of a jump ([`Integrand::jump`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Jump {
+    /// There is nowhere to go, or the choice fell on where the chain is.
+    Stays,
+    /// No coordinates were found, or those found do not lead back: counted as a move of its own.
+    Lost,
+    /// A point was found.
+    To {
+        /// What the point contributes.
+        contribution: Contribution,
+        /// |∂u′/∂u| T(y→x)/T(x→y): the ratio of f* times this is the ratio of Metropolis, Hastings and Green (Green 1995).
+        factor: f64,
+    },
 }
 
 /// How a chain moves through primary sample space.
@@ -36,6 +69,8 @@ pub trait Integrand: Send + Sync + 'static {
 pub struct PrimaryOptions {
     /// Probability of a large step.
     pub large: f64,
+    /// Probability of a jump, for integrands that have them.
+    pub jump: f64,
     /// Small steps.
     pub kernel: Kernel,
     /// Large steps draw the part anew; else a chain stays in the part that it starts in.
@@ -53,13 +88,14 @@ pub struct PrimaryOptions {
 
 impl PrimaryOptions {
     /// From options: `large`, `kernel` (`s1`, `s2`, `sigma`), `stratify`, `target` = luminance | two-stage, and those of
-    /// [`ChainOptions::from_options`]. `mis` and `redraw` are left to the integrator.
+    /// [`ChainOptions::from_options`]. `jump`, `mis` and `redraw` are left to the integrator.
     ///
     /// # Errors
     /// [`SpecError::BadValue`].
     pub fn from_options(options: &mut Options<'_>) -> Result<Self, SpecError> {
         Ok(PrimaryOptions {
             large: options.number("large", 0.3, 0.0..=1.0)?,
+            jump: 0.0,
             kernel: Kernel::from_options(options)?,
             redraw: true,
             mis: false,
@@ -70,8 +106,8 @@ impl PrimaryOptions {
     }
 }
 
-/// Names of the moves, in the order of their kinds.
-pub const KINDS: [&str; 2] = ["large step", "small step"];
+/// Names of the moves, in the order of their kinds; the last two only where there are jumps.
+pub const KINDS: [&str; 4] = ["large step", "small step", "jump", "lost jump"];
 
 /// Fewest and most samples of the pilot.
 const PILOT: std::ops::RangeInclusive<u64> = 64..=65_536;
@@ -129,11 +165,19 @@ impl<I: Integrand> PrimaryTarget<I> {
         u: &mut U,
         into: (&mut Vec<Contribution>, &mut f64),
     ) -> Option<Contribution> {
-        let (contributions, f) = into;
+        self.collect(into, |sink| self.integrand.evaluate(scene, part, u, sink))
+    }
+
+    /// Sums f* of the contributions that `emit` makes.
+    fn collect(
+        &self,
+        (contributions, f): (&mut Vec<Contribution>, &mut f64),
+        emit: impl FnOnce(&mut Collector<'_>),
+    ) -> Option<Contribution> {
         contributions.clear();
         let image = self.image.as_ref();
         let mut sink = Collector { contributions, f: 0.0, fault: None, image };
-        self.integrand.evaluate(scene, part, u, &mut sink);
+        emit(&mut sink);
         *f = sink.f;
         // Sums of finite numbers can still leave the range.
         match sink.fault {
@@ -206,16 +250,58 @@ impl<I: Integrand> PrimaryTarget<I> {
     ) -> Proposal<PrimaryState> {
         y.part = x.point.part;
         let mut moving = Moving::small(&mut x.point.vector, &mut y.vector, self.options.kernel, u);
+        if let Some((stream, index)) = self.integrand.held() {
+            moving.hold(stream, index);
+        }
         let fault = self.evaluate(scene, y.part, &mut moving, (&mut y.contributions, &mut y.f));
+        self.judge(x, y, fault, 1.0, 1)
+    }
+
+    fn jump(
+        &self,
+        scene: &Scene,
+        x: &mut PrimaryState,
+        mut y: Box<PrimaryPoint>,
+        u: &mut RandomStream,
+    ) -> Proposal<PrimaryState> {
+        y.part = x.point.part;
+        y.contributions.clear();
+        y.f = 0.0;
+        let jump = self.integrand.jump(scene, y.part, &mut x.point.vector, &mut y.vector, u);
+        let (kind, factor, fault) = match jump {
+            Jump::Stays => (2, 0.0, None),
+            Jump::Lost => (3, 0.0, None),
+            Jump::To { contribution, factor } => {
+                let into = (&mut y.contributions, &mut y.f);
+                let fault = self.collect(into, |sink| sink.add(contribution));
+                (2, factor, fault)
+            }
+        };
+        self.judge(x, y, fault, factor, kind)
+    }
+
+    /// The proposal y from x of a move that depends on x; a = `factor` f*(y)/f*(x).
+    fn judge(
+        &self,
+        x: &mut PrimaryState,
+        y: Box<PrimaryPoint>,
+        fault: Option<Contribution>,
+        factor: f64,
+        kind: u8,
+    ) -> Proposal<PrimaryState> {
         let share_x = self.share(self.w(&x.point));
         if fault.is_some() || y.f == 0.0 {
             x.spare = Some(y);
-            return Proposal { weight_current: share_x, nonfinite: fault, ..Proposal::rejected(1) };
+            return Proposal {
+                weight_current: share_x,
+                nonfinite: fault,
+                ..Proposal::rejected(kind)
+            };
         }
         let share_y = self.share(self.w(&y));
-        let acceptance = y.f / x.point.f;
+        let acceptance = factor * (y.f / x.point.f);
         let state = PrimaryState { point: y, place: x.place, spare: None };
-        let proposal = Proposal::new(state, acceptance, 1);
+        let proposal = Proposal::new(state, acceptance, kind);
         Proposal {
             weight_current: proposal.weight_current * share_x,
             weight_proposed: proposal.weight_proposed * share_y,
@@ -228,7 +314,8 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
     type State = PrimaryState;
 
     fn kinds(&self) -> Vec<String> {
-        KINDS.map(str::to_owned).into()
+        let count = if self.options.jump > 0.0 { 4 } else { 2 };
+        KINDS[..count].iter().map(|&kind| kind.to_owned()).collect()
     }
 
     fn prepare(&mut self, scene: &Scene, seed: u64) {
@@ -296,8 +383,11 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
         u: &mut RandomStream,
     ) -> Proposal<PrimaryState> {
         let y = x.spare.take().unwrap_or_default();
-        if (u.next() as f64) < self.options.large {
+        let choice = u.next() as f64;
+        if choice < self.options.large {
             self.large_step(scene, x, y, u)
+        } else if choice < self.options.large + self.options.jump {
+            self.jump(scene, x, y, u)
         } else {
             self.small_step(scene, x, y, u)
         }

@@ -160,6 +160,32 @@ impl PrimarySample for Recorder<'_> {
     }
 }
 
+/// Reads the coordinates of a point as they are. One that the point does not have is 0: an evaluation that the point was made by reads none.
+pub struct Reading<'a> {
+    vector: &'a PrimaryVector,
+    stream: Stream,
+    read: [usize; Stream::COUNT],
+}
+
+impl<'a> Reading<'a> {
+    /// From the first coordinate of every stream on.
+    pub fn new(vector: &'a PrimaryVector) -> Self {
+        Reading { vector, stream: Stream::Sensor, read: [0; Stream::COUNT] }
+    }
+}
+
+impl PrimarySample for Reading<'_> {
+    fn next(&mut self) -> f32 {
+        let index = &mut self.read[self.stream as usize];
+        *index += 1;
+        self.vector.get(self.stream, *index - 1).unwrap_or(0.0)
+    }
+
+    fn stream(&mut self, stream: Stream) {
+        self.stream = stream;
+    }
+}
+
 /// Reads the coordinates of a proposal y while it moves away from the current point x.
 pub struct Moving<'a> {
     from: &'a mut PrimaryVector,
@@ -169,6 +195,7 @@ pub struct Moving<'a> {
     u: &'a mut RandomStream,
     stream: usize,
     read: [usize; Stream::COUNT],
+    held: Option<(usize, usize)>,
 }
 
 impl<'a> Moving<'a> {
@@ -181,7 +208,7 @@ impl<'a> Moving<'a> {
         to.begin_large();
         let read = [0; Stream::COUNT];
         let kernel = Kernel::KELEMEN.prepare();
-        Moving { from, to, kernel, large: true, u, stream: 0, read }
+        Moving { from, to, kernel, large: true, u, stream: 0, read, held: None }
     }
 
     /// A small step: each coordinate is perturbed by `kernel`.
@@ -194,12 +221,17 @@ impl<'a> Moving<'a> {
         to.begin_small(from);
         let read = [0; Stream::COUNT];
         let kernel = kernel.prepare();
-        Moving { from, to, kernel, large: false, u, stream: 0, read }
+        Moving { from, to, kernel, large: false, u, stream: 0, read, held: None }
     }
 
     /// Gives a coordinate of a large step a value of its own, before it is read.
     pub fn set(&mut self, stream: Stream, index: usize, value: f32) {
         self.to.set(stream, index, value);
+    }
+
+    /// Keeps a coordinate of a small step as it is.
+    pub fn hold(&mut self, stream: Stream, index: usize) {
+        self.held = Some((stream as usize, index));
     }
 }
 
@@ -215,7 +247,11 @@ impl PrimarySample for Moving<'_> {
             }
         } else {
             let current = self.from.realise(stream, index, self.kernel, self.u);
-            let value = self.kernel.apply(current, 1, self.u);
+            let value = if self.held == Some((stream, index)) {
+                current
+            } else {
+                self.kernel.apply(current, 1, self.u)
+            };
             if mutant::is_on(Mutant::RejectedKept)
                 && let Some(c) = self.from.streams[stream].get_mut(index)
             {

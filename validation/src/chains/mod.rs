@@ -58,7 +58,7 @@ impl ChainCheck {
 /// Functions of a state that tests look at.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Features {
-    /// Mean film position, in units of the film.
+    /// Mean film position in units of the film, rounded to 2⁻¹⁶.
     pub film: [f64; 2],
     /// Mean path length.
     pub length: f64,
@@ -89,8 +89,10 @@ impl Features {
         let crop = scene.film().crop;
         let Features { film, length, s, .. } = sums.features;
         let k = if sums.weight > 0.0 { 1.0 / sums.weight } else { 0.0 };
-        let relative =
-            |v: f64, origin: u32, size: u32| (v * k - f64::from(origin)) / f64::from(size);
+        // A move that keeps a path keeps it but for rounding, which has a direction of its own: not to be seen.
+        let relative = |v: f64, origin: u32, size: u32| {
+            ((v * k - f64::from(origin)) / f64::from(size) * STEPS).round() / STEPS
+        };
         Features {
             film: [relative(film[0], crop.x, crop.width), relative(film[1], crop.y, crop.height)],
             length: length * k,
@@ -99,6 +101,9 @@ impl Features {
         }
     }
 }
+
+/// Film positions that tests tell apart, along each side.
+const STEPS: f64 = 65_536.0;
 
 struct Sums {
     features: Features,

@@ -13,6 +13,7 @@ use pathspace_integrators::primary::{
 };
 use pathspace_integrators::pssmlt::Estimated;
 use pathspace_integrators::pt::PathTracer;
+use pathspace_integrators::rjmlt::Rjmlt;
 use pathspace_integrators::{Defaults, Spec, SpecError};
 
 use super::{ChainCheck, invariance, rank, symmetry, unbiased};
@@ -48,6 +49,14 @@ pub fn chain_checks(
     checks.extend(primary("mmlt, kelemen", target, scene, seed(2), starts));
     let target = PrimaryTarget::new(mmlt.techniques, two_stage);
     checks.extend(primary("mmlt, two-stage", target, scene, seed(3), starts));
+    let rjmlt = Rjmlt::from_spec(&spec_of("rjmlt:jump=0.3")?, defaults)?;
+    let target = PrimaryTarget::new(rjmlt.techniques.clone(), rjmlt.options);
+    checks.extend(primary("rjmlt", target, scene, seed(4), starts));
+    // Few states have somewhere to jump to. Only sums: over pairs of techniques, of which one makes a path seldom and with a large weight, they are not
+    // normal.
+    let alone = PrimaryOptions { large: 0.0, jump: 1.0, ..rjmlt.options };
+    let target = PrimaryTarget::new(rjmlt.techniques, alone);
+    checks.extend(invariance("rjmlt, jumps alone", &target, scene, &own, seed(5), 4 * starts));
     for (index, alone) in PATH_MUTATIONS.iter().enumerate() {
         let share = |m: &str| format!("{m}={}", u8::from(m == *alone));
         // Steps over the whole film: where densities are wrong, they are more so the further a step goes.
@@ -92,10 +101,6 @@ pub fn primary<I: Integrand>(
     starts: u64,
 ) -> Vec<ChainCheck> {
     target.prepare(scene, derive_seed(seed, 99));
-    let own = |x: &PrimaryState| {
-        let coordinate = x.point.vector.get(Stream::Sensor, 0);
-        [x.point.f.ln(), coordinate.unwrap_or(0.0).into()]
-    };
     every(name, &target, scene, &own, seed, starts)
 }
 
@@ -114,4 +119,10 @@ fn every<T: ChainTarget>(
     checks.extend(rank(name, target, scene, own, derive_seed(seed, 2), long));
     checks.extend(unbiased(name, target, scene, own, derive_seed(seed, 3), long));
     checks
+}
+
+/// ln f* and the first coordinate.
+fn own(x: &PrimaryState) -> [f64; 2] {
+    let coordinate = x.point.vector.get(Stream::Sensor, 0);
+    [x.point.f.ln(), coordinate.unwrap_or(0.0).into()]
 }

@@ -146,6 +146,7 @@ pub fn hunts() -> Vec<Hunt> {
             ["bdpt", "pssmlt:bootstrap=4096,chains=64,mis=true"],
             FEW,
         ),
+        pair(JumpJacobian, "cornell-box", ["bdpt", "rjmlt:bootstrap=4096,chains=64,jump=0.5"], FEW),
         pair(RejectedKept, "cornell-caustic", ["bdpt", CHAINS], MANY),
     ]
 }

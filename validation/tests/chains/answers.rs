@@ -89,6 +89,8 @@ fn films_with_eight_bootstrap_samples_are_unbiased() {
             "mmlt:bootstrap=8,chains=16",
             "mmlt:bootstrap=8,chains=3,lengths=step,mis=true,continue=0.6",
             "mmlt:bootstrap=8,chains=100,lengths=step,target=two-stage,stratify=true",
+            "rjmlt:bootstrap=8,chains=16,jump=0.5",
+            "rjmlt:bootstrap=8,chains=5,large=0,jump=0.2,kernel=gaussian,target=two-stage",
         ],
         1000,
         2,

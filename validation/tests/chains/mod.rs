@@ -2,4 +2,5 @@
 
 mod answers;
 mod invariance;
+mod jumps;
 mod toy;

@@ -1,0 +1,157 @@
+//! From a path to the numbers by which a technique makes it: the inverse of [`Bdpt::estimate_technique`].
+
+use glam::Vec2;
+use pathspace_core::Scene;
+use pathspace_core::path::{Path, Technique, Vertex};
+use pathspace_core::random::{PrimarySample, Stream, nearest_coordinate};
+
+use super::Bdpt;
+
+/// Numbers of every stream, in the order in which a technique reads them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Numbers {
+    streams: [Vec<f32>; Stream::COUNT],
+}
+
+impl Numbers {
+    /// The numbers of a stream.
+    pub fn stream(&self, stream: Stream) -> &[f32] {
+        &self.streams[stream as usize]
+    }
+
+    /// Adds numbers to a stream, each rounded to the nearest coordinate.
+    pub fn push(&mut self, stream: Stream, numbers: &[f32]) {
+        let rounded = numbers.iter().map(|&u| nearest_coordinate(u.into()));
+        self.streams[stream as usize].extend(rounded);
+    }
+
+    fn len(&self, stream: Stream) -> usize {
+        self.streams[stream as usize].len()
+    }
+}
+
+impl Bdpt {
+    /// How many numbers of each stream mean the same to two techniques of one path: those of the vertices that both walk to.
+    pub fn shared_numbers(
+        &self,
+        scene: &Scene,
+        a: Technique,
+        b: Technique,
+    ) -> [usize; Stream::COUNT] {
+        let (a, b) = (Layout::new(scene, a), Layout::new(scene, b));
+        let mut shared = [0; Stream::COUNT];
+        shared[Stream::Sensor as usize] = a.sensor.min(b.sensor);
+        shared[Stream::Light as usize] = a.light.min(b.light);
+        shared
+    }
+
+    /// Appends to `numbers` those by which technique (s, t) makes the path; the first ones of the streams Sensor and Light may be there
+    /// already ([`Bdpt::shared_numbers`]). `film` is where the path lands. `None` where a sampler has no inverse at the path.
+    ///
+    /// Numbers on which the path does not depend are drawn from `free`; where a choice has an interval of numbers, uniformly in it. So
+    /// if x̄ has density p_{s,t}, the numbers are uniform: a probabilistic inverse of the technique (Bitterli et al. 2017, §4). Numbers that the
+    /// technique does not read at all are left out.
+    ///
+    /// Whether the technique goes the whole way (visibility, delta lobes) is seen by doing so.
+    pub fn invert_technique<U: PrimarySample>(
+        &self,
+        scene: &Scene,
+        path: &Path,
+        film: Vec2,
+        technique: Technique,
+        numbers: &mut Numbers,
+        free: &mut U,
+    ) -> Option<()> {
+        let (Technique { s, t }, v) = (technique, &path.vertices);
+        let k = path.length();
+        if s + t != k + 1 {
+            return None;
+        }
+        let layout = Layout::new(scene, technique);
+        if numbers.len(Stream::Sensor) < layout.sensor {
+            if numbers.len(Stream::Sensor) == 0 {
+                numbers.push(Stream::Sensor, &scene.sensor().invert_film(film));
+                if !scene.sensor().is_pinhole() {
+                    numbers.push(Stream::Sensor, &on_lens(scene, &v[k])?);
+                }
+            }
+            for j in 1..t - 1 {
+                if numbers.len(Stream::Sensor) < Layout::events(layout.sensor_start, j + 2) {
+                    let i = k - j;
+                    let u = event(scene, &v[i + 1], &v[i], &v[i - 1], free)?;
+                    numbers.push(Stream::Sensor, &u);
+                }
+            }
+        }
+        if numbers.len(Stream::Light) < layout.light {
+            if numbers.len(Stream::Light) == 0 {
+                numbers.push(Stream::Light, &scene.invert_emission_vertex(&v[0], free)?);
+            }
+            if s >= 2 && numbers.len(Stream::Light) < LIGHT_START {
+                numbers.push(Stream::Light, &scene.invert_emission_next(&v[0], &v[1])?);
+            }
+            for j in 1..s.saturating_sub(1) {
+                if numbers.len(Stream::Light) < Layout::events(LIGHT_START, j + 2) {
+                    let u = event(scene, &v[j - 1], &v[j], &v[j + 1], free)?;
+                    numbers.push(Stream::Light, &u);
+                }
+            }
+        }
+        if t == 1 && !scene.sensor().is_pinhole() {
+            numbers.push(Stream::Lens, &on_lens(scene, &v[k])?);
+        }
+        if s == 1 && t >= 2 {
+            let u = scene.invert_direct(v[1].position()?, &v[0], free)?;
+            numbers.push(Stream::Connection, &u);
+        }
+        Some(())
+    }
+}
+
+/// Emitter, position on it and direction.
+const LIGHT_START: usize = 5;
+
+/// How many numbers of its walks a technique depends on.
+struct Layout {
+    /// Film and lens.
+    sensor_start: usize,
+    sensor: usize,
+    light: usize,
+}
+
+impl Layout {
+    fn new(scene: &Scene, Technique { s, t }: Technique) -> Self {
+        let sensor_start = if scene.sensor().is_pinhole() { 2 } else { 4 };
+        Layout {
+            sensor_start,
+            sensor: if t >= 2 { Layout::events(sensor_start, t) } else { 0 },
+            light: match s {
+                0 => 0,
+                // x₀ for the lens: a direction is drawn and not used.
+                1 if t == 1 => 3,
+                1 => 0,
+                _ => Layout::events(LIGHT_START, s),
+            },
+        }
+    }
+
+    /// Numbers of a walk of n ≥ 2 vertices: three for each event between the first and the last one.
+    fn events(start: usize, n: usize) -> usize {
+        start + 3 * (n - 2)
+    }
+}
+
+fn event<U: PrimarySample>(
+    scene: &Scene,
+    before: &Vertex,
+    at: &Vertex,
+    after: &Vertex,
+    free: &mut U,
+) -> Option<[f32; 3]> {
+    let point = at.surface()?;
+    scene.invert_scatter(point, at.edge_to(before).direction(), point.aim(after), free)
+}
+
+fn on_lens(scene: &Scene, lens: &Vertex) -> Option<[f32; 2]> {
+    scene.sensor().invert_vertex(lens.position()?)
+}

@@ -1,0 +1,147 @@
+//! The jump from one technique to another.
+
+use pathspace_core::Scene;
+use pathspace_core::film::{Contribution, RecordingSink};
+use pathspace_core::mutant::{self, Mutant};
+use pathspace_core::path::{Path, PathRecord, Technique, Vertex};
+use pathspace_core::random::{PrimarySample, RandomStream, Stream};
+
+use crate::bdpt::Numbers;
+use crate::mmlt::Multiplexed;
+use crate::primary::{Integrand, Jump, Moving, PrimaryVector, Reading};
+
+/// Distance in the normalised scene (or between directions of emitters at infinity) up to which a vertex counts as the same.
+pub const TOLERANCE: f32 = 1e-4;
+
+/// A path as a technique made it.
+struct Made {
+    contribution: Contribution,
+    record: PathRecord,
+}
+
+/// A technique and how likely it was to be picked.
+struct Pick {
+    technique: Technique,
+    probability: f64,
+}
+
+/// Proposes the numbers `y` of another technique for the path that the numbers `x` make.
+pub(super) fn jump(
+    techniques: &Multiplexed,
+    scene: &Scene,
+    k: u16,
+    x: &mut PrimaryVector,
+    y: &mut PrimaryVector,
+    u: &mut RandomStream,
+) -> Jump {
+    let Some(here) = make(techniques, scene, k, &mut Reading::new(x)) else { return Jump::Lost };
+    let weights = techniques.bdpt.weights(scene, &here.record.path);
+    let from = here.record.technique;
+    let Some(to) = pick(&weights, from, u.next().into()) else { return Jump::Stays };
+    let there = transfer(techniques, scene, &here, x, to.technique, y, u);
+    let Some(there) = there else { return Jump::Lost };
+    // The way back must be open, and is judged by the path that was found.
+    let mut again = PrimaryVector::default();
+    if transfer(techniques, scene, &there, y, from, &mut again, u).is_none() {
+        return Jump::Lost;
+    }
+    let weights = techniques.bdpt.weights(scene, &there.record.path);
+    let back = probability(&weights, to.technique, from);
+    let ln_jacobian = there.record.ln_pdf - here.record.ln_pdf;
+    let jacobian = mutant::swap(Mutant::JumpJacobian, ln_jacobian.exp(), |_| 1.0);
+    let factor = jacobian * back / to.probability;
+    if !factor.is_finite() {
+        return Jump::Lost;
+    }
+    Jump::To { contribution: there.contribution, factor }
+}
+
+/// q(i→j) = w_j min(1/(1 − w_i), 1/(1 − w_j)).
+fn probability(weights: &[f64], from: Technique, to: Technique) -> f64 {
+    // 1 − w as the sum of the others: it may be small.
+    let others = |s: usize| -> f64 {
+        weights.iter().enumerate().filter(|(i, _)| *i != s).map(|(_, w)| w).sum()
+    };
+    let most = others(from.s).max(others(to.s));
+    if most > 0.0 { weights[to.s] / most } else { 0.0 }
+}
+
+/// Another technique, or none.
+fn pick(weights: &[f64], from: Technique, mut u: f64) -> Option<Pick> {
+    let k = weights.len() - 2;
+    for s in (0..weights.len()).filter(|&s| s != from.s) {
+        let technique = Technique::new(s, k + 1 - s);
+        let probability = probability(weights, from, technique);
+        if u < probability {
+            return Some(Pick { technique, probability });
+        }
+        u -= probability;
+    }
+    None
+}
+
+/// Makes the path of `here`, whose numbers are `x`, by technique `to`, and leaves its numbers in `y`.
+fn transfer(
+    techniques: &Multiplexed,
+    scene: &Scene,
+    here: &Made,
+    x: &mut PrimaryVector,
+    to: Technique,
+    y: &mut PrimaryVector,
+    u: &mut RandomStream,
+) -> Option<Made> {
+    let (bdpt, path) = (&techniques.bdpt, &here.record.path);
+    let mut numbers = Numbers::default();
+    let shared = bdpt.shared_numbers(scene, here.record.technique, to);
+    for stream in STREAMS {
+        for index in 0..shared[stream as usize] {
+            numbers.push(stream, &[x.get(stream, index)?]);
+        }
+    }
+    let k = path.length() as u16;
+    let selector = Multiplexed::select(scene, k, to.s, u.next())?;
+    numbers.push(Multiplexed::SELECTOR.0, &[selector]);
+    bdpt.invert_technique(scene, path, here.contribution.film, to, &mut numbers, u)?;
+    // What the technique reads beside those is uniform and new.
+    let mut moving = Moving::large(x, y, u);
+    for stream in STREAMS {
+        for (index, &value) in numbers.stream(stream).iter().enumerate() {
+            moving.set(stream, index, value);
+        }
+    }
+    let there = make(techniques, scene, k, &mut moving)?;
+    is_near(&there.record.path, path).then_some(there)
+}
+
+const STREAMS: [Stream; Stream::COUNT] =
+    [Stream::Sensor, Stream::Light, Stream::Lens, Stream::Connection];
+
+/// The path that numbers make.
+fn make<U: PrimarySample>(
+    techniques: &Multiplexed,
+    scene: &Scene,
+    k: u16,
+    u: &mut U,
+) -> Option<Made> {
+    let mut sink = RecordingSink::default();
+    techniques.evaluate(scene, k, u, &mut sink);
+    let (contribution, record) = (sink.contributions.pop()?, sink.records.pop()?);
+    Some(Made { contribution, record })
+}
+
+/// Whether all vertices are the same but for rounding.
+fn is_near(a: &Path, b: &Path) -> bool {
+    let near = |(a, b): (&Vertex, &Vertex)| {
+        let distance = match (a, b) {
+            (Vertex::InfiniteEmitter { to: a, .. }, Vertex::InfiniteEmitter { to: b, .. }) => {
+                a.distance(*b)
+            }
+            _ => match (a.position(), b.position()) {
+                (Some(a), Some(b)) => a.distance(b),
+                _ => return false,
+            },
+        };
+        a.emitter() == b.emitter() && distance <= TOLERANCE
+    };
+    a.vertices.len() == b.vertices.len() && a.vertices.iter().zip(&b.vertices).all(near)
+}
