@@ -258,15 +258,20 @@ impl<T: ChainTarget> Run for ChainRun<T> {
     }
 
     /// b̂, its relative standard error (an error of the brightness of the whole image, apart from that of its shape), and the share of each kind of
-    /// mutation that was accepted.
+    /// mutation that was accepted; of a kind that never found a state, its share of all mutations.
     fn figures(&self) -> Vec<(String, f64)> {
         let Some((b, error)) = self.normalisation() else { return Vec::new() };
         let mut figures = vec![("b".to_owned(), b)];
         if b > 0.0 {
             figures.push(("relative standard error of b".to_owned(), error / b));
         }
-        let tried = self.tallies().into_iter().filter(|(_, tally)| tally.tried > 0);
-        figures.extend(tried.map(|(kind, t)| (format!("acceptance, {kind}"), t.acceptance())));
+        let tallies = self.tallies();
+        let all: u64 = tallies.iter().map(|(_, tally)| tally.tried).sum();
+        let tried = tallies.into_iter().filter(|(_, tally)| tally.tried > 0);
+        figures.extend(tried.map(|(kind, t)| match t.possible {
+            0 => (format!("in vain, {kind}"), t.tried as f64 / all as f64),
+            _ => (format!("acceptance, {kind}"), t.acceptance()),
+        }));
         figures
     }
 

@@ -5,18 +5,19 @@
 //! | symmetric perturbation of one coordinate | `kernel` |
 //! | infinitely many coordinates, mutated when they are read | `vector` |
 //! | film positions stratified across chains | `stratify` |
+//! | a point with what it contributes | `state` |
 //! | the chain itself | `target` |
 
 mod kernel;
+mod state;
 mod stratify;
 mod target;
 mod vector;
 
 pub use kernel::{Kernel, Perturbation};
+pub use state::{PrimaryPoint, PrimaryState};
 pub use stratify::Place;
-pub use target::{
-    Integrand, Jump, KINDS, PrimaryOptions, PrimaryPoint, PrimaryState, PrimaryTarget,
-};
+pub use target::{Integrand, Jump, KINDS, PrimaryOptions, PrimaryTarget};
 pub use vector::{Moving, PrimaryVector, Reading, Recorder};
 
 use crate::spec::{Options, SpecError};

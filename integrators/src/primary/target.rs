@@ -1,11 +1,12 @@
 //! The chain on primary sample space, whatever is integrated over it.
 
 use pathspace_core::Scene;
-use pathspace_core::film::{Contribution, Families, Sink};
+use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream, derive_seed};
 use rayon::prelude::*;
 
+use super::state::{PrimaryPoint, PrimaryState};
 use super::{Kernel, Moving, Place, PrimaryVector, Recorder};
 use crate::chain::{ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer};
 use crate::spec::{Options, SpecError};
@@ -32,12 +33,11 @@ pub trait Integrand: Send + Sync + 'static {
         None
     }
 
-    /// Proposes other coordinates for what the coordinates x of a part stand for; writes them to `y`. An integrand without jumps always stays.
+    /// Proposes other coordinates of the same part for what x stands for; writes them to `y`. An integrand without jumps always stays.
     fn jump(
         &self,
         _scene: &Scene,
-        _part: u16,
-        _x: &mut PrimaryVector,
+        _x: &mut PrimaryPoint,
         _y: &mut PrimaryVector,
         _u: &mut RandomStream,
     ) -> Jump {
@@ -121,29 +121,6 @@ pub struct PrimaryTarget<I> {
     /// ∫f* by the pilot: only shares samples out between the two estimators of [`PrimaryOptions::mis`], so that it need not be exact; but
     /// b̂ itself in its place would correlate with the starts.
     pilot_b: f64,
-}
-
-/// A point with what it contributes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PrimaryPoint {
-    /// Its coordinates.
-    pub vector: PrimaryVector,
-    /// Its part.
-    pub part: u16,
-    /// f_j.
-    pub contributions: Vec<Contribution>,
-    /// f*.
-    pub f: f64,
-}
-
-/// State of a chain.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrimaryState {
-    /// Where it is.
-    pub point: Box<PrimaryPoint>,
-    place: Place,
-    /// Buffers for the next proposal.
-    spare: Option<Box<PrimaryPoint>>,
 }
 
 impl<I: Integrand> PrimaryTarget<I> {
@@ -267,7 +244,7 @@ impl<I: Integrand> PrimaryTarget<I> {
         y.part = x.point.part;
         y.contributions.clear();
         y.f = 0.0;
-        let jump = self.integrand.jump(scene, y.part, &mut x.point.vector, &mut y.vector, u);
+        let jump = self.integrand.jump(scene, &mut x.point, &mut y.vector, u);
         let (kind, factor, fault) = match jump {
             Jump::Stays => (2, 0.0, None),
             Jump::Lost => (3, 0.0, None),
@@ -406,45 +383,11 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
     }
 
     fn encode(&self, x: &PrimaryState, w: &mut Writer) {
-        x.place.encode(w);
-        let point = &x.point;
-        point.vector.encode(w);
-        w.u32(point.part.into());
-        w.f64(point.f);
-        w.len(point.contributions.len());
-        for c in &point.contributions {
-            for v in [c.film.x, c.film.y, c.value.r, c.value.g, c.value.b, c.weight] {
-                w.f32(v);
-            }
-            w.u32(u32::from(c.s) << 16 | u32::from(c.t));
-            w.u32(c.emitter);
-            w.u8(c.families.bits());
-        }
+        x.encode(w);
     }
 
     fn decode(&self, _: &Scene, r: &mut Reader<'_>) -> Option<PrimaryState> {
-        let place = Place::decode(r)?;
-        let vector = PrimaryVector::decode(r)?;
-        let part = u16::try_from(r.u32()?).ok()?;
-        let f = r.f64()?;
-        let mut point = Box::new(PrimaryPoint { vector, part, f, contributions: Vec::new() });
-        for _ in 0..r.len(33)? {
-            let mut v = [0.0; 6];
-            for v in &mut v {
-                *v = r.f32()?;
-            }
-            let technique = r.u32()?;
-            point.contributions.push(Contribution {
-                film: glam::Vec2::new(v[0], v[1]),
-                value: pathspace_core::Rgb::new(v[2], v[3], v[4]),
-                weight: v[5],
-                s: (technique >> 16) as u16,
-                t: technique as u16,
-                emitter: r.u32()?,
-                families: Families::from_bits(r.u8()?),
-            });
-        }
-        (f > 0.0 && f.is_finite()).then_some(PrimaryState { point, place, spare: None })
+        PrimaryState::decode(r)
     }
 }
 

@@ -393,6 +393,23 @@ mod tests {
     }
 
     #[test]
+    fn a_coordinate_that_is_held_stays_and_the_others_move() {
+        let mut u = stream(5);
+        let mut x = recorded(3, &mut u);
+        let before: Vec<f32> = {
+            let mut reading = Reading::new(&x);
+            (0..3).map(|_| reading.next()).collect()
+        };
+        let mut y = PrimaryVector::default();
+        let mut moving = Moving::small(&mut x, &mut y, KERNEL, &mut u);
+        moving.hold(Stream::Sensor, 1);
+        let after: Vec<f32> = (0..3).map(|_| moving.next()).collect();
+        let same: Vec<bool> = before.iter().zip(&after).map(|(a, b)| a == b).collect();
+        assert_eq!(same, [false, true, false]);
+        assert_eq!(y.get(Stream::Sensor, 1), x.get(Stream::Sensor, 1));
+    }
+
+    #[test]
     fn vectors_survive_their_bytes() {
         let mut u = stream(4);
         let mut x = recorded(5, &mut u);

@@ -8,7 +8,7 @@ use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
 use crate::bdpt::Numbers;
 use crate::mmlt::Multiplexed;
-use crate::primary::{Integrand, Jump, Moving, PrimaryVector, Reading};
+use crate::primary::{Integrand, Jump, Moving, PrimaryPoint, PrimaryVector, Reading};
 
 /// Distance in the normalised scene (or between directions of emitters at infinity) up to which a vertex counts as the same.
 pub const TOLERANCE: f32 = 1e-4;
@@ -19,65 +19,64 @@ struct Made {
     record: PathRecord,
 }
 
-/// A technique and how likely it was to be picked.
-struct Pick {
-    technique: Technique,
-    probability: f64,
-}
-
-/// Proposes the numbers `y` of another technique for the path that the numbers `x` make.
+/// Proposes the numbers `y` of another technique for the path of x.
 pub(super) fn jump(
     techniques: &Multiplexed,
     scene: &Scene,
-    k: u16,
-    x: &mut PrimaryVector,
+    x: &mut PrimaryPoint,
     y: &mut PrimaryVector,
     u: &mut RandomStream,
 ) -> Jump {
-    let Some(here) = make(techniques, scene, k, &mut Reading::new(x)) else { return Jump::Lost };
+    let stays = |c: &Contribution| f64::from(c.weight);
+    let leaves = u.next() as f64 >= x.contributions.first().map_or(1.0, stays);
+    if !leaves {
+        return Jump::Stays;
+    }
+    let here = make(techniques, scene, x.part, &mut Reading::new(&x.vector));
+    let Some(here) = here else { return Jump::Lost };
     let weights = techniques.bdpt.weights(scene, &here.record.path);
     let from = here.record.technique;
     let Some(to) = pick(&weights, from, u.next().into()) else { return Jump::Stays };
-    let there = transfer(techniques, scene, &here, x, to.technique, y, u);
+    let there = transfer(techniques, scene, &here, &mut x.vector, to, y, u);
     let Some(there) = there else { return Jump::Lost };
     // The way back must be open, and is judged by the path that was found.
     let mut again = PrimaryVector::default();
     if transfer(techniques, scene, &there, y, from, &mut again, u).is_none() {
         return Jump::Lost;
     }
-    let weights = techniques.bdpt.weights(scene, &there.record.path);
-    let back = probability(&weights, to.technique, from);
+    let weights_there = techniques.bdpt.weights(scene, &there.record.path);
+    let back = (1.0 - stays(&there.contribution)) * share(&weights_there, to, from);
+    let forth = (1.0 - stays(&here.contribution)) * share(&weights, from, to);
     let ln_jacobian = there.record.ln_pdf - here.record.ln_pdf;
     let jacobian = mutant::swap(Mutant::JumpJacobian, ln_jacobian.exp(), |_| 1.0);
-    let factor = jacobian * back / to.probability;
+    let factor = jacobian * back / forth;
     if !factor.is_finite() {
         return Jump::Lost;
     }
     Jump::To { contribution: there.contribution, factor }
 }
 
-/// q(i→j) = w_j min(1/(1 − w_i), 1/(1 − w_j)).
-fn probability(weights: &[f64], from: Technique, to: Technique) -> f64 {
-    // 1 − w as the sum of the others: it may be small.
-    let others = |s: usize| -> f64 {
-        weights.iter().enumerate().filter(|(i, _)| *i != s).map(|(_, w)| w).sum()
-    };
-    let most = others(from.s).max(others(to.s));
-    if most > 0.0 { weights[to.s] / most } else { 0.0 }
+/// w_j/Σ_{l≠i} w_l: the probability of j among all but i.
+fn share(weights: &[f64], from: Technique, to: Technique) -> f64 {
+    let others = weights.iter().enumerate().filter(|(s, _)| *s != from.s).map(|(_, w)| w);
+    // The sum, not 1 − w: it may be small.
+    let sum: f64 = others.sum();
+    if sum > 0.0 { weights[to.s] / sum } else { 0.0 }
 }
 
-/// Another technique, or none.
-fn pick(weights: &[f64], from: Technique, mut u: f64) -> Option<Pick> {
+/// One of the other techniques; none where no other one makes the path.
+fn pick(weights: &[f64], from: Technique, mut u: f64) -> Option<Technique> {
     let k = weights.len() - 2;
-    for s in (0..weights.len()).filter(|&s| s != from.s) {
+    let mut last = None;
+    for s in (0..weights.len()).filter(|&s| s != from.s && weights[s] > 0.0) {
         let technique = Technique::new(s, k + 1 - s);
-        let probability = probability(weights, from, technique);
-        if u < probability {
-            return Some(Pick { technique, probability });
+        last = Some(technique);
+        u -= share(weights, from, technique);
+        if u < 0.0 {
+            break;
         }
-        u -= probability;
     }
-    None
+    last
 }
 
 /// Makes the path of `here`, whose numbers are `x`, by technique `to`, and leaves its numbers in `y`.

@@ -15,17 +15,14 @@
 //! r = f̂(j, u′)/f̂(i, u) · |∂u′/∂u| · q(j→i)/q(i→j)
 //!   = (w_j f/p_j)/(w_i f/p_i) · p_j/p_i · q(j→i)/q(i→j) = w_j q(j→i) / (w_i q(i→j)) .
 //!
-//! In other words: the joint target of technique and path is w_i(x̄) f(x̄) dμ(x̄), and a jump is a step of Gibbs' sampler on i. `rjmlt` picks
-//!
-//! q(i→j) = w_j min(1/(1 − w_i), 1/(1 − w_j)), j ≠ i,
-//!
-//! and stays otherwise. w_i q(i→j) is symmetric, so that r = 1: no jump is refused; and it leaves i at least as often as Gibbs' own q = w_j does, because it
-//! is what that becomes with proposals other than i alone (Liu 1996, "Metropolized Gibbs sampler").
+//! In other words: the joint target of technique and path is w_i(x̄) f(x̄) dμ(x̄), and a jump is a step on i alone. With q(i→j) = w_j it is Gibbs' sampler:
+//! r = 1, and no jump is refused. `rjmlt` stays with probability w_i, for which it needs no more than the weight that the state has, and lays the
+//! path again only where it leaves.
 //!
 //! **Rounding.** Numbers are multiples of 2⁻²⁴ and vertices are `f32`, so that P_j(u′) is not x̄ but a path ȳ next to it. The new state is the one that u′ makes, with
 //! its own f̂, and the ratio is the one of both paths,
 //!
-//! r = w_j(ȳ) f(ȳ) q(j→i | ȳ) / (w_i(x̄) f(x̄) q(i→j | x̄)) ,
+//! r = w_j(ȳ) f(ȳ) q(j→i | ȳ) / (w_i(x̄) f(x̄) q(i→j | x̄)), q(i→j | x̄) = (1 − w_i) w_j/Σ_{l≠i} w_l ,
 //!
 //! that of a move from (i, x̄) to (j, ȳ) whose displacement ȳ − x̄ is as likely as x̄ − ȳ. That alone is assumed of rounding; differences of f between both paths, however
 //! steep it is, are judged exactly. Vertices that both techniques walk to keep their numbers, and their positions to the bit. A jump is *lost* where ȳ strays from x̄ by more than
@@ -45,7 +42,7 @@ use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
 use crate::chain::{ChainRun, ImageWeight};
 use crate::mmlt::{Mmlt, Multiplexed};
-use crate::primary::{Integrand, Jump, PrimaryOptions, PrimaryTarget, PrimaryVector};
+use crate::primary::{Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector};
 use crate::spec::{Defaults, Spec, SpecError};
 
 pub use jump::TOLERANCE;
@@ -131,12 +128,11 @@ impl Integrand for Reversible {
     fn jump(
         &self,
         scene: &Scene,
-        k: u16,
-        x: &mut PrimaryVector,
+        x: &mut PrimaryPoint,
         y: &mut PrimaryVector,
         u: &mut RandomStream,
     ) -> Jump {
-        jump::jump(&self.0, scene, k, x, y, u)
+        jump::jump(&self.0, scene, x, y, u)
     }
 
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight {

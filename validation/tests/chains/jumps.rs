@@ -81,15 +81,15 @@ fn jumps_keep_the_path_and_have_the_ratio_one() {
         let (mut made, mut lost, mut far, mut inexact) = (0, 0, 0, 0);
         let mut kinds = std::collections::BTreeSet::new();
         for (mut x, mut u) in states(&rjmlt, &scene) {
-            let (k, x) = (x.point.part, &mut x.point.vector);
+            let k = x.point.part;
             let mut y = PrimaryVector::default();
-            match rjmlt.techniques.jump(&scene, k, x, &mut y, &mut u) {
+            match rjmlt.techniques.jump(&scene, &mut x.point, &mut y, &mut u) {
                 Jump::Stays => {}
                 Jump::Lost => lost += 1,
                 Jump::To { factor, .. } => {
                     made += 1;
-                    let (a, f_a) =
-                        record(&rjmlt.techniques, &scene, k, &mut Reading::new(x)).unwrap();
+                    let here = &mut Reading::new(&x.point.vector);
+                    let (a, f_a) = record(&rjmlt.techniques, &scene, k, here).unwrap();
                     let (b, f_b) =
                         record(&rjmlt.techniques, &scene, k, &mut Reading::new(&y)).unwrap();
                     assert_ne!(a.technique, b.technique);
