@@ -214,7 +214,7 @@ fn mark(verdict: Verdict) -> &'static str {
     }
 }
 
-/// A matrix of checks: scene × integrator.
+/// A matrix of checks: scene × integrator, the longer list downwards.
 fn tell_checks(kind: &str, checks: &[&Check], out: &mut dyn Write) -> Result<()> {
     let mut subjects: Vec<&str> = Vec::new();
     let mut scenes: Vec<&str> = Vec::new();
@@ -226,13 +226,14 @@ fn tell_checks(kind: &str, checks: &[&Check], out: &mut dyn Write) -> Result<()>
             scenes.push(&check.scene);
         }
     }
-    let mut heading = vec![kind];
-    heading.extend(&subjects);
-    let mut table = Table::new(&heading, &[0]);
-    for scene in scenes {
-        let mut row = vec![scene.to_owned()];
-        for subject in &subjects {
-            let of = |c: &&&Check| c.scene == scene && c.subject == *subject;
+    let across = subjects.len() <= scenes.len();
+    let (down, columns) = if across { (scenes, subjects) } else { (subjects, scenes) };
+    let mut table = Table::new(&[&[kind][..], &columns].concat(), &[0]);
+    for name in down {
+        let mut row = vec![name.to_owned()];
+        for column in &columns {
+            let (scene, subject) = if across { (name, *column) } else { (*column, name) };
+            let of = |c: &&&Check| c.scene == scene && c.subject == subject;
             row.push(checks.iter().find(of).map_or(String::new(), |c| outcome(c)));
         }
         table.row(row);

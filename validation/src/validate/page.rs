@@ -115,7 +115,7 @@ struct TileView {
 #[derive(Serialize)]
 struct CheckMatrix {
     kind: &'static str,
-    subjects: Vec<String>,
+    columns: Vec<String>,
     rows: Vec<Row>,
     notes: Vec<String>,
 }
@@ -282,14 +282,19 @@ fn check_matrix(kind: &'static str, checks: &[Check]) -> Option<CheckMatrix> {
         let found = own().find(|c| c.scene == scene && c.subject == subject);
         found.map_or(Cell::default(), check_cell)
     };
-    let rows = scenes.iter().map(|scene| Row {
-        name: (*scene).to_owned(),
-        cells: subjects.iter().map(|subject| cell(scene, subject)).collect(),
-    });
-    let rows: Vec<Row> = rows.collect();
+    // The longer list goes down the page.
+    let across = subjects.len() <= scenes.len();
+    let scenes: Vec<String> = scenes.into_iter().map(str::to_owned).collect();
+    let (down, columns) = if across { (scenes, subjects) } else { (subjects, scenes) };
+    let row = |name: String| {
+        let at = |column: &String| if across { cell(&name, column) } else { cell(column, &name) };
+        let cells = columns.iter().map(at).collect();
+        Row { name, cells }
+    };
+    let rows: Vec<Row> = down.into_iter().map(row).collect();
     let note = |c: &Check| Some(format!("{}, {}: {}", c.scene, c.subject, c.reason.as_ref()?));
     let notes = own().filter(|c| c.outcome != CheckOutcome::Skipped).filter_map(note).collect();
-    (!rows.is_empty()).then_some(CheckMatrix { kind, rows, subjects, notes })
+    (!rows.is_empty()).then_some(CheckMatrix { kind, rows, columns, notes })
 }
 
 fn check_cell(check: &Check) -> Cell {
