@@ -13,8 +13,8 @@ const EVERY: u64 = 1024;
 /// Largest difference for a path without short edges.
 const TOLERANCE: f64 = 1e-4;
 
-/// Positions are `f32` in the unit sphere, so a direction errs by about 2⁻²⁴ over the length of its edge; the densities of a
-/// weight feel that several times, more at grazing angles.
+/// Positions are `f32` in the unit sphere, so a direction errs by about 2⁻²⁴ over the length d of its edge, and its cosine by that over the
+/// cosine; the densities of a weight feel the shortest d cosθ several times.
 const PER_INVERSE_LENGTH: f64 = 64.0 / 16_777_216.0;
 
 thread_local! {
@@ -52,7 +52,8 @@ pub(super) fn verify(
     let shortest = path
         .vertices
         .windows(2)
-        .map(|w| w[0].edge_to(&w[1]).distance2().sqrt())
+        .map(|w| w[0].edge_to(&w[1]))
+        .map(|e| e.distance2().sqrt() * e.cos_a().abs().min(e.cos_b().abs()))
         .fold(1.0, f64::min);
     assert!(
         (oracle - weight).abs() <= TOLERANCE + PER_INVERSE_LENGTH / shortest,
