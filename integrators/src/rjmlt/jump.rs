@@ -13,6 +13,9 @@ use crate::primary::{Integrand, Jump, Moving, PrimaryPoint, PrimaryVector, Readi
 /// Distance in the normalised scene (or between directions of emitters at infinity) up to which a vertex counts as the same.
 pub const TOLERANCE: f32 = 1e-4;
 
+/// The same as a part of the shorter edge at the vertex: in corners edges are as short as rounding is coarse.
+pub const RELATIVE: f32 = 0.01;
+
 /// A path as a technique made it.
 struct Made {
     contribution: Contribution,
@@ -128,19 +131,28 @@ fn make<U: PrimarySample>(
     Some(Made { contribution, record })
 }
 
-/// Whether all vertices are the same but for rounding.
+/// Whether all vertices of `b` are those of `a` but for rounding.
 fn is_near(a: &Path, b: &Path) -> bool {
-    let near = |(a, b): (&Vertex, &Vertex)| {
-        let distance = match (a, b) {
-            (Vertex::InfiniteEmitter { to: a, .. }, Vertex::InfiniteEmitter { to: b, .. }) => {
-                a.distance(*b)
+    let edge = |i: usize| match (a.vertices[i].position(), a.vertices[i + 1].position()) {
+        (Some(p), Some(q)) => p.distance(q),
+        _ => f32::INFINITY,
+    };
+    let k = a.length();
+    let near = |i: usize| {
+        let (v, w) = (&a.vertices[i], &b.vertices[i]);
+        let distance = match (v, w) {
+            (Vertex::InfiniteEmitter { to: v, .. }, Vertex::InfiniteEmitter { to: w, .. }) => {
+                v.distance(*w)
             }
-            _ => match (a.position(), b.position()) {
-                (Some(a), Some(b)) => a.distance(b),
+            _ => match (v.position(), w.position()) {
+                (Some(v), Some(w)) => v.distance(w),
                 _ => return false,
             },
         };
-        a.emitter() == b.emitter() && distance <= TOLERANCE
+        let before = if i > 0 { edge(i - 1) } else { f32::INFINITY };
+        let after = if i < k { edge(i) } else { f32::INFINITY };
+        let most = TOLERANCE.min(RELATIVE * before.min(after));
+        v.emitter() == w.emitter() && distance <= most
     };
-    a.vertices.len() == b.vertices.len() && a.vertices.iter().zip(&b.vertices).all(near)
+    b.length() == k && (0..=k).all(near)
 }

@@ -26,7 +26,7 @@
 //!
 //! that of a move from (i, x̄) to (j, ȳ) whose displacement ȳ − x̄ is as likely as x̄ − ȳ. That alone is assumed of rounding; differences of f between both paths, however
 //! steep it is, are judged exactly. Vertices that both techniques walk to keep their numbers, and their positions to the bit. A jump is *lost* where ȳ strays from x̄ by more than
-//! [`TOLERANCE`] at some vertex, or does not exist; and also where the jump back from ȳ would be lost, so that a direction in which inversion is hard is as
+//! [`TOLERANCE`] at some vertex, or by more than the part [`RELATIVE`] of an edge, or does not exist; and also where the jump back from ȳ would be lost, so that a direction in which inversion is hard is as
 //! closed as the other one. What is left of a bias is second order: rounding displaces a path by some 10⁻⁶ of the scene, without a preferred direction.
 //!
 //! Every sampler of the core has an inverse; where one finds no numbers, the jump is lost and the chain goes on by its other moves.
@@ -45,7 +45,7 @@ use crate::mmlt::{Mmlt, Multiplexed};
 use crate::primary::{Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector};
 use crate::spec::{Defaults, Spec, SpecError};
 
-pub use jump::TOLERANCE;
+pub use jump::{RELATIVE, TOLERANCE};
 
 /// Name in the registry.
 pub const NAME: &str = "rjmlt";
@@ -69,7 +69,7 @@ impl Rjmlt {
         let mut options = spec.options();
         let mmlt = Mmlt::from_options(&mut options, defaults)?;
         let most = 1.0 - mmlt.options.large;
-        let jump = options.number("jump", f64::min(0.1, most), 0.0..=most)?;
+        let jump = options.number("jump", f64::min(0.05, most), 0.0..=most)?;
         options.finish()?;
         Ok(Rjmlt {
             techniques: Reversible(mmlt.techniques),

@@ -101,7 +101,7 @@ fn jumps_keep_the_path_and_have_the_ratio_one() {
             }
         }
         println!("{name}: {made} made, {lost} lost, {far} far, {inexact} inexact, {kinds:?}");
-        assert!(made > 200 && lost * 100 < made, "{name}: {made} made, {lost} lost");
+        assert!(made > 100 && lost * 100 < made, "{name}: {made} made, {lost} lost");
         assert!(far * 50 < made && inexact * 20 < made, "{name}: {made}, {far}, {inexact}");
     }
 }
