@@ -50,7 +50,7 @@ mutants! {
     DeltaLightTwice = "delta-light-twice",
     /// The environment is sampled uniformly in θ with the density of uniform directions.
     EnvironmentSine = "environment-without-sine",
-    /// Light walks leave out the adjoint factor of shading normals.
+    /// Light walks take f|ω·n_s| towards where they go, as walks from the sensor do: the adjoint factor of shading normals is left out.
     ShadingAdjoint = "no-shading-adjoint",
     /// Replicates of a validation share a seed.
     SharedSeed = "shared-seed",
@@ -82,6 +82,8 @@ mutants! {
     JumpJacobian = "no-jump-jacobian",
     /// A lazily mutated vector keeps the moves of a proposal that was rejected.
     RejectedKept = "rejected-move-kept",
+    /// A lazily mutated vector dates what a move has read one move too early.
+    LazyTime = "lazy-time-off-by-one",
 }
 
 #[cfg(feature = "mutants")]

@@ -122,7 +122,11 @@ impl PathEstimator for LightTracer {
             let lens = walk.lens(u);
             if !delta {
                 walk.connect(&vertex, index + 1, lens, |d| {
-                    scene.scatter(&point, -ray.d, d) * throughput
+                    let f = scene.scatter(&point, -ray.d, d);
+                    let f = mutant::swap(Mutant::ShadingAdjoint, f, |_| {
+                        scene.scatter(&point, d, -ray.d)
+                    });
+                    f * throughput
                 });
             }
             let (lobe, direction) = (u.next(), u.next2());

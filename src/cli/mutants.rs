@@ -62,6 +62,10 @@ pub(super) fn hunt_all(args: &ValidateArgs, out: &mut dyn Write) -> Result<Done>
         ]);
     }
     table.write("", out)?;
+    let sum = |of: fn(&Told) -> u64| told.iter().map(of).sum::<u64>();
+    let (caught, alarms) = (sum(|t| t.caught), sum(|t| t.false_alarms));
+    let tries = sum(|t| t.seeds);
+    writeln!(out, "caught {caught} of {tries}; false alarms without mutant {alarms} of {tries}")?;
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&told)?)?;
     }

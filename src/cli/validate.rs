@@ -252,3 +252,50 @@ fn outcome(check: &Check) -> String {
         CheckOutcome::Skipped => "–".into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::super::args::{Cli, Command};
+    use super::*;
+
+    fn parse<'a>(words: impl IntoIterator<Item = &'a str>) -> ValidateArgs {
+        match Cli::try_parse_from(words).unwrap().command {
+            Some(Command::Validate(args)) => args,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Words of a command as a shell sees them, where quotes are around whole words.
+    fn words(line: &str) -> Vec<&str> {
+        let pieces = line.split('\'').enumerate();
+        pieces
+            .flat_map(|(i, piece)| match i % 2 {
+                0 => piece.split_whitespace().collect(),
+                _ => vec![piece],
+            })
+            .collect()
+    }
+
+    #[test]
+    fn what_replays_a_failure_is_a_command() {
+        let asked = ["pathspace", "validate", "calibration", "--effort", "0.5", "--seed", "7"];
+        let failure = Failure {
+            scene: "glass in a furnace, from inside".into(),
+            integrators: vec!["pt:max_depth=4".into(), "pt:max_depth=4#2".into()],
+            length: None,
+            tile: None,
+            seed: 7,
+            message: String::new(),
+            level: 1.25e-7,
+        };
+        let told = told(failure, &parse(asked));
+        let again = parse(words(&told.replay));
+        assert_eq!((again.suite.as_str(), again.seed), ("calibration", 7));
+        assert_eq!((again.level, again.effort), (Some(1.25e-7), Some(0.5)));
+        assert_eq!(again.scenes, ["glass in a furnace, from inside"]);
+        let specs: Vec<String> = again.integrators.iter().map(ToString::to_string).collect();
+        assert_eq!(specs, ["pt:max_depth=4", "pt:max_depth=4"]);
+    }
+}

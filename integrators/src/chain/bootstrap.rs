@@ -2,6 +2,7 @@
 
 use pathspace_core::Scene;
 use pathspace_core::driver;
+use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
 use rayon::prelude::*;
 
@@ -66,6 +67,20 @@ fn address(seed: u64, item: u64) -> Address {
 /// Starts are drawn by strata of ΣW in the order of [`ChainTarget::key`], one for each chain (stratified resampling), and dealt
 /// to the chains in a random rotation: each chain alone starts at X₀ ∝ W_i, together they miss no important part.
 pub fn bootstrap<T: ChainTarget>(
+    target: &T,
+    scene: &Scene,
+    seed: u64,
+    samples: u64,
+    chains: u64,
+) -> Bootstrap {
+    let boot = draw(target, scene, seed, samples, chains);
+    mutant::swap(Mutant::IndependentB, boot, |boot| {
+        let other = draw(target, scene, derive_seed(seed, 1), samples, chains);
+        Bootstrap { sum: other.sum, sum2: other.sum2, ..boot }
+    })
+}
+
+fn draw<T: ChainTarget>(
     target: &T,
     scene: &Scene,
     seed: u64,

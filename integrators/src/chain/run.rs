@@ -7,10 +7,9 @@ use pathspace_core::color::Rgb;
 use pathspace_core::driver::{self, Work};
 use pathspace_core::film::{Chunk, Contribution, Families, Film, Sink};
 use pathspace_core::integrator::{IntegratorError, Run, State};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
 
-use super::bootstrap::{Bootstrap, bootstrap};
+use super::bootstrap::bootstrap;
 use super::{Chain, ChainTarget, Reader, Tally, Writer};
 use crate::spec::{Options, SpecError};
 
@@ -128,12 +127,6 @@ impl<T: ChainTarget> ChainRun<T> {
         let ChainOptions { chains, bootstrap: samples, .. } = self.options;
         let scene = &*self.scene;
         let boot = bootstrap(&self.target, scene, self.seed, samples, chains);
-        let boot = mutant::swap(Mutant::IndependentB, boot, |mut boot: Bootstrap| {
-            let seed = derive_seed(self.seed, 1);
-            let other = bootstrap(&self.target, scene, seed, samples, chains);
-            (boot.sum, boot.sum2) = (other.sum, other.sum2);
-            boot
-        });
         let mut chunk = Chunk::new(film.layers());
         for k in 0..boot.nonfinite.0 {
             let kept = boot.nonfinite.1.get(k as usize).or(boot.nonfinite.1.last());

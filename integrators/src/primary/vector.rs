@@ -257,7 +257,8 @@ impl PrimarySample for Moving<'_> {
             {
                 c.value = value;
             }
-            let c = Coordinate { value, time: self.to.time };
+            let time = mutant::swap(Mutant::LazyTime, self.to.time, |time| time - 1);
+            let c = Coordinate { value, time };
             let list = &mut self.to.streams[stream];
             match list.get_mut(index) {
                 Some(old) => *old = c,

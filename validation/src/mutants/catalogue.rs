@@ -33,8 +33,17 @@ pub enum Level {
         replicates: usize,
         /// Rays in the first round.
         rays: u64,
-        /// Put flat emitters there by a transform that mirrors.
+        /// Turn flat emitters over by a transform that mirrors, so that all is dark.
         mirrored: bool,
+    },
+    /// L4: a chain of one kind of mutation on a library scene, by the tests of [`crate::chains`].
+    Chain {
+        /// The scene.
+        scene: &'static str,
+        /// What is mutated, with its options.
+        chain: Chain,
+        /// Bootstrap samples that each test starts from in the first round.
+        starts: u64,
     },
     /// L3: two integrators on a library scene.
     Pair {
@@ -49,13 +58,23 @@ pub enum Level {
     },
 }
 
+/// A chain that is tested by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chain {
+    /// Numbers of path tracing, Kelemen's kernel.
+    Primary,
+    /// Whole paths, bidirectional mutation.
+    PathSpace,
+}
+
 impl Level {
-    /// `L0`, `L2` or `L3`.
+    /// `L0`, `L2`, `L3` or `L4`.
     pub fn name(&self) -> &'static str {
         match self {
             Level::Oracle { .. } => "L0",
             Level::Exact { .. } => "L2",
             Level::Pair { .. } => "L3",
+            Level::Chain { .. } => "L4",
         }
     }
 
@@ -66,10 +85,17 @@ impl Level {
                 format!("{integrator} on {scene}, {samples} samples")
             }
             Level::Exact { scene, integrator, rays, .. } => {
-                format!("{integrator} on {scene}, {:.0e} rays", *rays as f64)
+                format!("{integrator} on {scene}, {:.1e} rays", *rays as f64)
+            }
+            Level::Chain { scene, chain, starts } => {
+                let chain = match chain {
+                    Chain::Primary => "pssmlt over pt",
+                    Chain::PathSpace => "mlt, bidirectional mutation",
+                };
+                format!("{chain} on {scene}, {:.1e} starts", *starts as f64)
             }
             Level::Pair { scene, integrators: [a, b], rays, .. } => {
-                format!("{a} and {b} on {scene}, {:.0e} rays each", *rays as f64)
+                format!("{a} and {b} on {scene}, {:.1e} rays each", *rays as f64)
             }
         }
     }
@@ -89,14 +115,26 @@ const fn pair(
     Hunt { mutant, level: Level::Pair { scene, integrators, rays, cropped: false } }
 }
 
-/// Chains of a bootstrap that replicates can afford.
-const CHAINS: &str = "pssmlt:bootstrap=4096,chains=64";
+const fn chain(mutant: Mutant, scene: &'static str, chain: Chain, starts: u64) -> Hunt {
+    Hunt { mutant, level: Level::Chain { scene, chain, starts } }
+}
+
+/// Chains of a bootstrap that short replicates can afford.
+const CHAINS: &str = "pssmlt:bootstrap=256,chains=16,mis=false";
+/// Chains that hardly ever take a large step, which would mend what small steps spoil.
+const LOCAL: &str = "pssmlt:bootstrap=64,chains=1,mis=false,large=0.01,kernel=gaussian,sigma=0.05";
+/// The same with large steps as samples of their own.
+const MIXED: &str = "pssmlt:bootstrap=256,chains=16,mis=true";
+
+/// A scene of the hunt alone.
+pub(super) const COARSE_BALL: &str = "coarse ball";
 
 /// A hunt for every mutant.
 pub fn hunts() -> Vec<Hunt> {
     use Mutant::*;
-    const FEW: u64 = 1_000_000;
-    const MANY: u64 = 4_000_000;
+    const TINY: u64 = 100_000;
+    const FEW: u64 = 250_000;
+    const MANY: u64 = 1_000_000;
     vec![
         exact(CosineAtLight, "sphere light", "pt", FEW),
         Hunt {
@@ -104,23 +142,23 @@ pub fn hunts() -> Vec<Hunt> {
             level: Level::Oracle { scene: "cornell-box", integrator: "pt", samples: 2000 },
         },
         pair(RouletteUndivided, "cornell-box", ["pt", "bdpt"], FEW),
-        pair(RouletteForwardOnly, "cornell-box", ["pt", "bdpt"], MANY),
+        pair(RouletteForwardOnly, "cornell-box", ["pt", "bdpt"], 2 * FEW),
         exact(RadianceUncompressed, "glass in a furnace, from inside", "pt", FEW),
-        exact(ImportanceCompressed, "refractive plane", "lt", MANY),
+        exact(ImportanceCompressed, "refractive plane", "lt", FEW),
         pair(TechniqueForgotten, "cornell-box", ["pt", "bdpt"], FEW),
-        exact(DeltaLightTwice, "integrating sphere with a point light", "bdpt", FEW),
-        exact(EnvironmentSine, "white corner in a furnace", "pt", MANY),
-        pair(ShadingAdjoint, "smooth-shading", ["pt", "lt"], MANY),
-        pair(SharedSeed, "cornell-box", ["pt", "lt"], FEW),
-        pair(LobeProbability, "cornell-caustic", ["lt", "bdpt:s=0..1"], MANY),
+        exact(DeltaLightTwice, "integrating sphere with a point light", "bdpt", TINY),
+        exact(EnvironmentSine, "white corner in a furnace", "pt", FEW),
+        pair(ShadingAdjoint, COARSE_BALL, ["pt", "lt"], FEW),
+        pair(SharedSeed, "cornell-box", ["pt", "lt"], TINY),
+        exact(LobeProbability, "glass in a furnace, from outside", "pt", FEW),
         exact(TotalReflection, "glass cube in a furnace", "pt", FEW),
-        pair(NanDropped, "cornell-box", ["pt", "bdpt"], MANY),
+        pair(NanDropped, "cornell-box", ["pt", "bdpt"], 2 * MANY),
         Hunt {
             mutant: CropScale,
             level: Level::Pair {
                 scene: "cornell-box",
                 integrators: ["pt", "lt"],
-                rays: FEW,
+                rays: TINY,
                 cropped: true,
             },
         },
@@ -131,22 +169,18 @@ pub fn hunts() -> Vec<Hunt> {
                 scene: "perpendicular rectangles",
                 integrator: "pt",
                 replicates: 32,
-                rays: FEW,
+                rays: TINY,
                 mirrored: true,
             },
         },
-        pair(Multiplexing, "cornell-box", ["bdpt", "mmlt:bootstrap=4096,chains=64"], FEW),
-        pair(ProposalAsymmetry, "cornell-box", ["bdpt", "mlt:bootstrap=4096,chains=64"], MANY),
+        pair(Multiplexing, "cornell-box", ["bdpt", "mmlt:bootstrap=256,chains=16"], FEW),
+        chain(ProposalAsymmetry, "cornell-box", Chain::PathSpace, 5_000),
         pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
         pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
-        pair(IndependentB, "cornell-box", ["bdpt", "pssmlt:bootstrap=16,chains=4"], MANY),
-        pair(
-            LargeStepWeight,
-            "cornell-box",
-            ["bdpt", "pssmlt:bootstrap=4096,chains=64,mis=true"],
-            FEW,
-        ),
-        pair(JumpJacobian, "cornell-box", ["bdpt", "rjmlt:bootstrap=4096,chains=64,jump=0.5"], FEW),
-        pair(RejectedKept, "cornell-caustic", ["bdpt", CHAINS], MANY),
+        chain(IndependentB, "cornell-box", Chain::Primary, 10_000),
+        pair(LargeStepWeight, "cornell-box", ["bdpt", MIXED], FEW),
+        pair(RejectedKept, "cornell-box", ["bdpt", LOCAL], MANY),
+        pair(LazyTime, "cornell-box", ["bdpt", LOCAL], 2 * MANY),
+        pair(JumpJacobian, "cornell-box", ["bdpt", "rjmlt:bootstrap=256,chains=16,jump=0.5"], FEW),
     ]
 }

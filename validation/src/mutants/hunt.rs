@@ -5,26 +5,39 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
+use pathspace_core::Rgb;
 use pathspace_core::Scene;
-use pathspace_core::description::{Crop, SceneDescription, ShapeGeometry};
+use pathspace_core::description::{
+    Crop, EmitterDescription, FilmDescription, SceneDescription, ShapeGeometry,
+};
 use pathspace_core::film::RecordingSink;
 use pathspace_core::integrator::{Integrator, PathEstimator};
 use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Technique, WalkRules, ln_density, samplable};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
+use pathspace_integrators::mlt::Mlt;
+use pathspace_integrators::primary::{PrimaryOptions, PrimaryTarget};
+use pathspace_integrators::pssmlt::Estimated;
 use pathspace_integrators::pt::PathTracer;
 use pathspace_integrators::{Defaults, Registry};
 use pathspace_scenes::library;
 
-use super::catalogue::{Hunt, Level};
+use super::catalogue::{COARSE_BALL, Chain, Hunt, Level};
+use crate::chains;
 use crate::exact::ExactScene;
+use crate::scene_builder::{SceneBuilder, smooth_sphere};
+use crate::stats::{StatsError, holm};
 use crate::suites;
-use crate::validate::{CheckOutcome, Config, compare_on};
+use crate::validate::{CheckOutcome, Config, Confirmed, compare_on};
 
 /// Level of one test.
 const ALPHA: f64 = 1e-6;
 /// Pixels a side.
-const SIZE: u32 = 32;
+const SIZE: u32 = 16;
+/// Longest path of chains that are tested by themselves.
+const LONGEST: u32 = 5;
+/// Steps of a pilot replicate and least of any: with the film as small as it is, most hunts need no more.
+const STEPS: u64 = 2;
 /// Relative difference of a weight from the oracle's beyond rounding.
 const TOLERANCE: f64 = 1e-3;
 
@@ -106,9 +119,11 @@ fn fails(level: &Level, seed: u64) -> Result<bool, MutantError> {
                 .find(|s| s.name == scene)
                 .ok_or_else(|| bad(format!("no exact scene '{scene}'")))?;
             if mirrored {
-                mirror(&mut scene);
+                turn_lights_away(&mut scene);
             }
-            let config = Config { seed, replicates, rays, mdb: 1e-4, ..Config::default() };
+            let film = &mut scene.description.film;
+            *film = FilmDescription::new(film.width.div_ceil(4), film.height.div_ceil(4));
+            let config = Config { replicates, ..config(seed, rays) };
             let integrator = create(integrator, scene.rules)?;
             let check = suites::check(&scene, &*integrator, &config, ALPHA, "mutant");
             match check.outcome {
@@ -121,9 +136,14 @@ fn fails(level: &Level, seed: u64) -> Result<bool, MutantError> {
                 outcome => Ok(outcome == CheckOutcome::Failed),
             }
         }
+        Level::Chain { scene, chain, starts } => {
+            let (scene, rules) = library_scene(scene, false)?;
+            let rules = WalkRules { max_length: rules.max_length.or(Some(LONGEST)), ..rules };
+            chain_fails(&scene, chain, rules, starts, seed)
+        }
         Level::Pair { scene, integrators, rays, cropped } => {
             let (scene, rules) = library_scene(scene, cropped)?;
-            let config = Config { seed, rays, mdb: 1e-4, ..Config::default() };
+            let config = config(seed, rays);
             let [a, b] = [create(integrators[0], rules)?, create(integrators[1], rules)?];
             let watch = &mut |_: &str| ControlFlow::Continue(());
             let mut report = crate::validate::Report::new("mutant", &config, 1);
@@ -133,6 +153,10 @@ fn fails(level: &Level, seed: u64) -> Result<bool, MutantError> {
     }
 }
 
+fn config(seed: u64, rays: u64) -> Config {
+    Config { seed, rays, samples: STEPS, mdb: 1e-4, ..Config::default() }
+}
+
 fn create(spec: &str, rules: WalkRules) -> Result<Box<dyn Integrator>, MutantError> {
     let spec = spec.parse().map_err(bad)?;
     Registry::builtin().create(&spec, &Defaults { rules }).map_err(bad)
@@ -140,6 +164,10 @@ fn create(spec: &str, rules: WalkRules) -> Result<Box<dyn Integrator>, MutantErr
 
 /// A library scene, of a lower left part of which the film may be.
 fn library_scene(name: &str, cropped: bool) -> Result<(Arc<Scene>, WalkRules), MutantError> {
+    if name == COARSE_BALL {
+        let rules = WalkRules { max_length: Some(3), ..WalkRules::default() };
+        return Ok((Arc::new(Scene::new(&coarse_ball()).map_err(bad)?), rules));
+    }
     let scene = library::find(name).ok_or_else(|| bad(format!("no library scene '{name}'")))?;
     let loaded = scene.load(&[("res".into(), SIZE.to_string())]).map_err(bad)?;
     let mut description: SceneDescription = loaded.description;
@@ -151,13 +179,68 @@ fn library_scene(name: &str, cropped: bool) -> Result<(Arc<Scene>, WalkRules), M
     Ok((Arc::new(Scene::new(&description).map_err(bad)?), rules))
 }
 
-/// Puts flat shapes where they were by a transform that mirrors: they stay the same set of points and the same side.
-fn mirror(scene: &mut ExactScene) {
-    let flip = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    for shape in &mut scene.description.shapes {
+/// Turns flat emitters over by a transform that mirrors: nothing is lit any more. (Where they keep their side a mutant leaves all in the dark, and of
+/// what was never sampled no test says that it is wrong; one hit where nothing may be is proof.)
+fn turn_lights_away(scene: &mut ExactScene) {
+    let mirror = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
+    for shape in scene.description.shapes.iter_mut().filter(|s| s.emission.is_some()) {
         if matches!(shape.geometry, ShapeGeometry::Rectangle | ShapeGeometry::Disk) {
-            shape.to_world *= flip;
+            shape.to_world *= mirror;
         }
+    }
+    scene.expected.iter_mut().for_each(|e| e.mean = 0.0);
+}
+
+/// A ball of 32 facets with smooth normals in a beam from above: what its shading normals do is all there is to see.
+fn coarse_ball() -> SceneDescription {
+    let mut b = SceneBuilder::new(SIZE);
+    let grey = b.diffuse(0.75);
+    b.mesh(smooth_sphere(1.0, 1), grey);
+    b.look_at(DVec3::new(3.0, 1.0, 4.0), DVec3::ZERO, DVec3::Y, 23.0);
+    b.emitter(EmitterDescription::Directional {
+        direction: DVec3::new(0.3, -1.0, -0.2),
+        irradiance: Rgb::WHITE,
+    });
+    b.finish()
+}
+
+/// All tests of a chain together, in rounds.
+fn chain_fails(
+    scene: &Scene,
+    chain: Chain,
+    rules: WalkRules,
+    starts: u64,
+    seed: u64,
+) -> Result<bool, MutantError> {
+    let defaults = Defaults { rules };
+    let spec = |text: &str| text.parse().map_err(bad);
+    let config = Config::default();
+    let mut test = Confirmed::new(ALPHA, config.rounds().0).map_err(bad)?;
+    test.run(&config, |round, factor, _| {
+        let (seed, starts) = (derive_seed(seed, round), starts * factor);
+        let checks = match chain {
+            Chain::Primary => {
+                let tracer = PathTracer::from_spec(&spec("pt")?, &defaults).map_err(bad)?;
+                let spec = spec("pssmlt:large=0.1")?;
+                let options = PrimaryOptions::from_options(&mut spec.options()).map_err(bad)?;
+                let target = PrimaryTarget::new(Estimated(Arc::new(tracer)), options);
+                chains::primary("pssmlt", target, scene, seed, starts)
+            }
+            Chain::PathSpace => {
+                let spec = spec("mlt:lens=0,caustic=0,multi=0,manifold=0")?;
+                let target = Mlt::from_spec(&spec, &defaults).map_err(bad)?.target(scene);
+                chains::path("mlt", &target, scene, seed, starts)
+            }
+        };
+        let adjusted = holm(&checks.iter().map(|c| c.p).collect::<Vec<_>>());
+        let least = adjusted.into_iter().fold(1.0, f64::min);
+        Ok(Some((least, starts as usize)))
+    })
+}
+
+impl From<StatsError> for MutantError {
+    fn from(error: StatsError) -> Self {
+        bad(error)
     }
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn check(
     kind: &'static str,
 ) -> Check {
     let clock = Instant::now();
-    let mut check = Check::new(kind, scene.name, integrator.spec());
+    let mut check = Check::of(kind, scene.name, integrator.spec());
     if let Err(error) = rounds(&mut check, scene, integrator, config, level) {
         let refused = matches!(error, ExactError::Integrator(IntegratorError::Refused { .. }));
         check.outcome = if refused { CheckOutcome::Skipped } else { CheckOutcome::Failed };

@@ -167,7 +167,7 @@ impl Moved {
 }
 
 fn failed(case: &Moved, integrator: &dyn Integrator, reason: String) -> Check {
-    let base = Check::new("hard", case.name, integrator.spec());
+    let base = Check::of("hard", case.name, integrator.spec());
     Check { outcome: CheckOutcome::Failed, reason: Some(reason), ..base }
 }
 
@@ -180,7 +180,7 @@ fn check(
     level: f64,
 ) -> Check {
     let clock = Instant::now();
-    let mut check = Check::new("hard", case.name, integrator.spec());
+    let mut check = Check::of("hard", case.name, integrator.spec());
     match compare(&mut check, scenes, integrator, config, level) {
         Ok(()) => {}
         Err(HardError::Integrator(IntegratorError::Refused { reason, .. })) => {

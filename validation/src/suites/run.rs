@@ -138,7 +138,7 @@ pub fn run(
                 chains::run(&mut report, &scenes, starts, &suite.config, watch)?
             }
             Part::Calibration { runs } => {
-                calibration::run(&mut report, &team, runs, &suite.config, watch)?
+                calibration::run(&mut report, &team, options, runs, &suite.config, watch)?
             }
             Part::Hard { rays } => {
                 let config = Config { rays, ..suite.config };
@@ -164,7 +164,7 @@ fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
         Part::Exact { scenes, .. } => exact::scenes(scenes, options).len() * n,
         Part::Hard { .. } => hard::names(options).len() * n,
         Part::Chains { scenes, .. } => library_scenes(scenes, options).len(),
-        Part::Calibration { .. } => calibration::count(team),
+        Part::Calibration { .. } => calibration::count(team, options),
     }
 }
 
@@ -179,7 +179,7 @@ fn names(part: &Part) -> Vec<String> {
             exact::scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
         }
         Part::Hard { .. } => hard::names(&all),
-        Part::Calibration { .. } => Vec::new(),
+        Part::Calibration { .. } => calibration::names(),
     }
 }
 

@@ -108,12 +108,14 @@ pub struct RoundReport {
 /// Something held to a known answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// Kind of check: `exact`, `chains`, `hard`.
+    /// Kind of check: `exact`, `chains`, `hard`, `calibration`.
     pub kind: &'static str,
     /// Scene or case.
     pub scene: String,
     /// Integrator or mutation, where there is one.
     pub subject: String,
+    /// Specs of the integrators that have to take part for it to come out the same; none where it is about none.
+    pub integrators: Vec<String>,
     /// How it came out.
     pub outcome: CheckOutcome,
     /// Why, where there is something to say.
@@ -143,12 +145,18 @@ pub enum CheckOutcome {
 }
 
 impl Check {
+    /// A check of one integrator.
+    pub(crate) fn of(kind: &'static str, scene: &str, integrator: String) -> Self {
+        Check { integrators: vec![integrator.clone()], ..Check::new(kind, scene, integrator) }
+    }
+
     /// A check without a result yet.
     pub(crate) fn new(kind: &'static str, scene: &str, subject: String) -> Self {
         Check {
             kind,
             scene: scene.to_owned(),
             subject,
+            integrators: Vec::new(),
             outcome: CheckOutcome::Inconclusive,
             reason: None,
             rounds: Vec::new(),
@@ -192,7 +200,7 @@ pub struct CheckCell {
 pub struct Failure {
     /// Scene or case.
     pub scene: String,
-    /// Integrators concerned, one or two.
+    /// Integrators concerned, two at most.
     pub integrators: Vec<String>,
     /// Path length where it shows most, of a pair.
     pub length: Option<u32>,
@@ -331,8 +339,7 @@ impl Report {
             (None, Some(cell)) => format!("{}: p = {:.1e}", cell.name, cell.p),
             (None, None) => "failed".into(),
         };
-        let integrators =
-            if check.subject.is_empty() { Vec::new() } else { vec![check.subject.clone()] };
+        let integrators = check.integrators.clone();
         let length = worst.and_then(|c| c.length);
         Some(Failure { length, ..self.failure(&check.scene, integrators, message) })
     }
