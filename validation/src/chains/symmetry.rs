@@ -30,20 +30,25 @@ pub fn symmetry<T: ChainTarget>(
     let mut checks = Vec::new();
     for (kind, kind_name) in kinds.iter().enumerate() {
         for (i, what) in ["film", "technique"].into_iter().enumerate() {
-            let mut pairs: BTreeMap<[i64; 2], [f64; 3]> = BTreeMap::new();
+            // ΣW and ΣW² from A to B and from B to A.
+            let mut pairs: BTreeMap<[i64; 2], [[f64; 2]; 2]> = BTreeMap::new();
             for (_, w, a, b) in moves.iter().flatten().filter(|m| m.0 == kind) {
                 let (a, b) = (a[i], b[i]);
                 if a != b {
-                    let pair = pairs.entry([a.min(b), a.max(b)]).or_default();
-                    pair[0] += if a < b { *w } else { -w };
-                    pair[1] += w * w;
-                    pair[2] += w;
+                    let way =
+                        &mut pairs.entry([a.min(b), a.max(b)]).or_default()[usize::from(a > b)];
+                    way[0] += w;
+                    way[1] += w * w;
                 }
             }
-            // Too few moves, (Σw)²/Σw² of them, are no normal sum.
-            let used: Vec<_> = pairs.values().filter(|p| p[2] * p[2] >= 20.0 * p[1]).collect();
+            // Too few moves, (ΣW)²/ΣW² of them, are no normal sum; in either direction, because a few heavy moves one way balance many light
+            // ones the other way.
+            let many = |[sum, squares]: &[f64; 2]| *sum > 0.0 && sum * sum >= 20.0 * squares;
+            let used: Vec<_> = pairs.values().filter(|p| p.iter().all(many)).collect();
             if !used.is_empty() {
-                let chi2 = used.iter().map(|p| p[0] * p[0] / p[1]).sum();
+                let term =
+                    |[on, back]: &[[f64; 2]; 2]| (on[0] - back[0]).powi(2) / (on[1] + back[1]);
+                let chi2 = used.iter().map(|p| term(p)).sum();
                 checks.push(ChainCheck::chi_squared(
                     format!("{name}, {kind_name}"),
                     format!("symmetry over {what}"),

@@ -174,13 +174,18 @@ pub fn hunts() -> Vec<Hunt> {
             },
         },
         pair(Multiplexing, "cornell-box", ["bdpt", "mmlt:bootstrap=256,chains=16"], FEW),
-        chain(ProposalAsymmetry, "cornell-box", Chain::PathSpace, 5_000),
+        chain(ProposalAsymmetry, "cornell-box", Chain::PathSpace, 20_000),
         pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
         pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
         chain(IndependentB, "cornell-box", Chain::Primary, 10_000),
         pair(LargeStepWeight, "cornell-box", ["bdpt", MIXED], FEW),
         pair(RejectedKept, "cornell-box", ["bdpt", LOCAL], MANY),
         pair(LazyTime, "cornell-box", ["bdpt", LOCAL], 2 * MANY),
-        pair(JumpJacobian, "cornell-box", ["bdpt", "rjmlt:bootstrap=256,chains=16,jump=0.5"], FEW),
+        pair(
+            JumpJacobian,
+            "cornell-box",
+            ["bdpt", "rjmlt:bootstrap=1024,chains=16,jump=0.5"],
+            MANY,
+        ),
     ]
 }
