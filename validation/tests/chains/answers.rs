@@ -163,3 +163,8 @@ fn pssmlt_gives_the_exact_answers() {
 fn mmlt_gives_the_exact_answers() {
     exact_answers("mmlt:chains=256,bootstrap=40000", 33, 0.1);
 }
+
+#[test]
+fn rjmlt_gives_the_exact_answers() {
+    exact_answers("rjmlt:chains=256,bootstrap=40000,jump=0.2", 34, 0.1);
+}
