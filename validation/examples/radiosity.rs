@@ -38,12 +38,12 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     println!("h = {h}: {} elements, {:?}", coarse.len(), radiosity::defects(&coarse));
 
     let start = Instant::now();
-    let levels = radiosity::levels(&built, lengths, h, &settings)?;
+    let levels = radiosity::Levels::new(&built, lengths, h, &settings)?;
     println!("three levels in {:.1} s", start.elapsed().as_secs_f64());
     let scene = radiosity::scene_of("finite elements", description, &levels);
     println!("length      h         h/2       h/4    extrapolated  uncertainty");
     for (k, e) in scene.expected.iter().enumerate() {
-        let [a, b, c] = [0, 1, 2].map(|level: usize| levels[level][k]);
+        let [a, b, c] = [0, 1, 2].map(|level: usize| levels.means[level][k]);
         let percent = 100.0 * e.uncertainty / e.mean;
         println!("{:6}  {a:.7} {b:.7} {c:.7}  {:.7}  {percent:.3} %", k + 1, e.mean);
     }

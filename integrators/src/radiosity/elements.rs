@@ -8,10 +8,16 @@ use pathspace_core::bsdf::{Bsdf, Opaque};
 use pathspace_core::color::Rgb;
 use pathspace_core::scene::{Chart, SurfacePoint};
 
-use super::SolveError;
+use super::{Settings, SolveError};
 
 /// Marks a cell without element.
 const NONE: u32 = u32::MAX;
+/// Samples along the edge of a cell in its two fine sets; different counts, so that samples of an element and itself never
+/// coincide.
+pub(super) const FINE: [u32; 2] = [8, 9];
+/// Height over a plane, in the normalised scene, up to which rounding of positions and normals to `f32` may put a point of the
+/// plane. Whoever takes such a height for a real one sees from one side of a plane to the other.
+pub(super) const FLAT: f64 = 1e-6;
 
 /// A cell of a chart on one side of the surface, with constant radiosity on its open part.
 #[derive(Clone, Debug)]
@@ -29,10 +35,16 @@ pub struct Element {
     /// Radius of the cell about its first-to-last middle.
     pub(super) radius: f64,
     pub(super) center: DVec3,
-    /// Samples of the cell, `samples`² of equal area.
+    /// Samples of equal area: of the whole cell while it is being found out what is open, afterwards of the open part alone.
     pub(super) points: Vec<SurfacePoint>,
     /// Which of them light can reach at all.
     pub(super) open: Vec<bool>,
+    /// Which samples of the fine sets light can reach; empty where all of them are open.
+    pub(super) fine: [Vec<bool>; 2],
+    /// Samples of the whole cell, each with whether light can reach it; empty where all of it is open.
+    pub(super) cover: Vec<(SurfacePoint, bool)>,
+    /// Area of the open part over that of the cell.
+    pub(super) share: f64,
     /// Corners, counter-clockwise or not, where the cell is flat.
     pub(super) polygon: Vec<DVec3>,
     cell: Cell,
@@ -46,8 +58,13 @@ impl Element {
 
     /// Area of the part that light can reach.
     pub fn open_area(&self) -> f64 {
-        let open = self.open.iter().filter(|o| **o).count();
-        self.area * open as f64 / self.open.len() as f64
+        self.area * self.share
+    }
+
+    /// Whether two samples of two elements lie on the side of each other that is meant, by more than rounding.
+    pub(super) fn faces(&self, x: &SurfacePoint, other: &Element, y: &SurfacePoint) -> bool {
+        let d = y.p.as_dvec3() - x.p.as_dvec3();
+        d.dot(self.normal(x)) > FLAT && -d.dot(other.normal(y)) > FLAT
     }
 
     /// True where it sends light onwards once it has received some.
@@ -103,12 +120,15 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(chart: &Chart, h: f64) -> Self {
+    fn new(chart: &Chart, h: f64, halvings: u32) -> Self {
         let count = |length: f64| (length / h).ceil().clamp(1.0, 1e6) as u32;
         let [u, v] = chart.extent();
         // A turn needs corners enough to be round.
         let least = if chart.is_periodic() { 6 } else { 1 };
-        Grid { counts: [count(u).max(least), count(v)], triangle: chart.is_triangle() }
+        let counts = [count(u).max(least), count(v)];
+        let halved = |count: u32| u64::from(count).saturating_mul(1 << halvings.min(20));
+        let counts = counts.map(|count| halved(count).min(1 << 31) as u32);
+        Grid { counts, triangle: chart.is_triangle() }
     }
 
     fn len(&self) -> u64 {
@@ -168,8 +188,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Cuts every surface into cells of edges about `h`, `samples`² points each. `most` bounds the number of cells.
-    pub(super) fn new(scene: &Scene, h: f64, samples: u32, most: u64) -> Result<Mesh, SolveError> {
+    /// Cuts every surface into cells of edges about `settings.edge`. `most` bounds the number of cells.
+    pub(super) fn new(scene: &Scene, settings: &Settings, most: u64) -> Result<Mesh, SolveError> {
         if let Some(shape) = scene.shapes().iter().find(|shape| !scene.is_faceted(shape)) {
             return Err(SolveError::Refused(format!(
                 "shape '{}' has shading normals other than its own",
@@ -177,7 +197,9 @@ impl Mesh {
             )));
         }
         let charts = scene.charts();
-        let grids: Vec<Grid> = charts.iter().map(|chart| Grid::new(chart, h)).collect();
+        let h = settings.edge(scene);
+        let grids: Vec<Grid> =
+            charts.iter().map(|chart| Grid::new(chart, h, settings.halvings)).collect();
         let cells = grids.iter().map(Grid::len).fold(0, u64::saturating_add);
         if cells > most {
             return Err(SolveError::TooLarge { elements: cells, most });
@@ -190,7 +212,7 @@ impl Mesh {
             grids,
         };
         for index in 0..mesh.charts.len() {
-            mesh.add(scene, index, samples)?;
+            mesh.add(scene, index, settings.samples)?;
         }
         Ok(mesh)
     }
@@ -233,6 +255,9 @@ impl Mesh {
                     radius,
                     center,
                     open: vec![false; points.len()],
+                    fine: [Vec::new(), Vec::new()],
+                    cover: Vec::new(),
+                    share: 0.0,
                     points: points.clone(),
                     polygon: polygon.clone(),
                     cell,
@@ -254,12 +279,12 @@ impl Mesh {
         let mut renumbered = vec![NONE; self.elements.len()];
         let mut kept = 0;
         for (old, element) in self.elements.iter().enumerate() {
-            if element.open.contains(&true) {
+            if element.share > 0.0 {
                 renumbered[old] = kept;
                 kept += 1;
             }
         }
-        self.elements.retain(|element| element.open.contains(&true));
+        self.elements.retain(|element| element.share > 0.0);
         for slot in self.of_cell.iter_mut().flatten().flatten() {
             if *slot != NONE {
                 *slot = renumbered[*slot as usize];
@@ -277,26 +302,22 @@ impl Mesh {
         (element != NONE).then_some(element as usize)
     }
 
-    /// `count`² samples of a cell, each with the number of the coarse sample whose place it takes.
-    pub(super) fn finer(
-        &self,
-        scene: &Scene,
-        element: &Element,
-        count: u32,
-    ) -> Vec<(SurfacePoint, usize)> {
-        let coarse = (element.points.len() as f64).sqrt().round() as u32;
-        let chart = &self.charts[element.chart as usize];
-        let mut out = Vec::with_capacity((count * count) as usize);
-        for i in 0..count {
-            for j in 0..count {
-                let place = |x: u32| (f64::from(x) + 0.5) / f64::from(count);
-                let point = scene.chart_point(chart, element.cell.at([place(i), place(j)]));
-                let within = |x: u32| x * coarse / count;
-                out.push((point, (within(i) * coarse + within(j)) as usize));
-            }
-        }
-        out
+    /// The point of a cell that the point (x, y) of the unit square is, equal areas to equal areas.
+    pub(super) fn point(&self, scene: &Scene, element: &Element, at: [f64; 2]) -> SurfacePoint {
+        scene.chart_point(&self.charts[element.chart as usize], element.cell.at(at))
     }
+
+    /// A fine set of a cell, [`FINE`]² samples of equal area.
+    pub(super) fn fine(&self, scene: &Scene, element: &Element, set: usize) -> Vec<SurfacePoint> {
+        fine_points(scene, &self.charts[element.chart as usize], &element.cell, FINE[set])
+    }
+}
+
+/// `count`² samples of a cell, of equal area.
+fn fine_points(scene: &Scene, chart: &Chart, cell: &Cell, count: u32) -> Vec<SurfacePoint> {
+    let place = |x: u32| (f64::from(x) + 0.5) / f64::from(count);
+    let squares = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
+    squares.map(|(i, j)| scene.chart_point(chart, cell.at([place(i), place(j)]))).collect()
 }
 
 /// ρ in front and behind; `None` for anything but Lambert's model.

@@ -13,13 +13,13 @@ use pathspace_core::path::Vertex;
 use pathspace_core::scene::SurfacePoint;
 use rayon::prelude::*;
 
-use super::elements::{Element, Mesh};
+use super::elements::{Element, FLAT, Mesh};
 
-/// Elements nearer than this many times the sum of their radii are integrated with [`FINE`]² samples; so are flat ones of which
+/// Elements nearer than this many times the sum of their radii are integrated with the fine sets; so are flat ones of which
 /// one emits.
 const NEAR: f64 = 2.0;
-/// Samples along the edge of near elements.
-const FINE: u32 = 8;
+/// Inner samples that each outer one of near elements looks at.
+const NEAR_LOOKS: usize = 4;
 
 /// The symmetric matrix A_i F_ij over the open parts, row by row.
 pub(super) fn matrix(scene: &Scene, mesh: &Mesh) -> Vec<f64> {
@@ -44,49 +44,100 @@ pub fn exchange(scene: &Scene, mesh: &Mesh, i: usize, j: usize) -> f64 {
     if !may_face(a, b) || !may_face(b, a) {
         return 0.0;
     }
+    // The closed form takes edges of the inner element exactly, so the larger one is inner: in the gap over a lamp samples of the
+    // ceiling would see its edges as steps. Of an element that is partly closed it does not know the edge, so that one is outer.
+    let whole = |e: &Element| e.cover.is_empty();
+    let swap = whole(a) && (!whole(b) || b.area < a.area * (1.0 - 1e-9));
+    let (a, b) = if swap { (b, a) } else { (a, b) };
     let near = a.center.distance(b.center) < NEAR * (a.radius + b.radius);
     // Shadows of lamps are what images show most of; lamps are small.
     let lamp = (a.emission.is_some() || b.emission.is_some())
         && !(a.polygon.is_empty() || b.polygon.is_empty());
+    let looks = if near { NEAR_LOOKS } else { 1 };
     if near || lamp {
-        // Different counts, so that samples of an element and itself never coincide.
-        let (p, q) = (mesh.finer(scene, a, FINE), mesh.finer(scene, b, FINE + 1));
-        return mean(scene, (a, &p), (b, &q));
+        let fine = |e: &Element, set: usize| -> Vec<(SurfacePoint, bool)> {
+            let open = |k| e.fine[set].is_empty() || e.fine[set][k];
+            let points = mesh.fine(scene, e, set).into_iter().enumerate();
+            points.map(|(k, p)| (p, open(k))).collect()
+        };
+        let p = fine(a, 0);
+        if p.iter().any(|(_, open)| *open) {
+            return mean(scene, (a, &p), (b, &fine(b, 1)), &[], looks);
+        }
     }
-    let coarse = |e: &Element| -> Vec<(SurfacePoint, usize)> {
-        e.points.iter().copied().enumerate().map(|(k, p)| (p, k)).collect()
+    let coarse = |e: &Element| -> Vec<(SurfacePoint, bool)> {
+        e.points.iter().map(|p| (*p, true)).collect()
     };
-    mean(scene, (a, &coarse(a)), (b, &coarse(b)))
+    mean(scene, (a, &coarse(a)), (b, &coarse(b)), &b.cover, looks)
 }
 
-type Samples<'a> = (&'a Element, &'a [(SurfacePoint, usize)]);
+/// An element and samples of it, each with whether light can reach it.
+type Samples<'a> = (&'a Element, &'a [(SurfacePoint, bool)]);
 
-fn mean(scene: &Scene, (a, p): Samples<'_>, (b, q): Samples<'_>) -> f64 {
-    let count = p.len();
+/// The mean over open samples x of `a` of ∫ G V/π over `b`, times the open area of `a`. Where the samples of `b` are of its open part
+/// alone, `cover` is of all of it.
+fn mean(
+    scene: &Scene,
+    (a, p): Samples<'_>,
+    (b, q): Samples<'_>,
+    cover: &[(SurfacePoint, bool)],
+    looks: usize,
+) -> f64 {
     // A stride prime to the number of samples takes each inner sample once, far from where its neighbour is taken.
-    let stride = stride(count);
-    let mut sum = 0.0;
-    for (k, (x, coarse)) in p.iter().enumerate() {
-        if !a.open[*coarse] {
-            continue;
-        }
-        let factor = point_factor(x, a.normal(x), b, q);
-        if factor <= 0.0 {
-            continue;
-        }
-        let first = k * stride + count / 3;
-        let faces = |(y, _): &&(SurfacePoint, usize)| {
-            let d = y.p.as_dvec3() - x.p.as_dvec3();
-            d.dot(a.normal(x)) > 0.0 && d.dot(b.normal(y)) < 0.0
-        };
-        // Of an inner element that is partly turned away, the factor has only what is not.
-        let inner = (0..q.len()).map(|l| &q[(first + l) % q.len()]).find(faces);
-        let Some((y, other)) = inner else { continue };
-        if b.open[*other] && scene.visible(&Vertex::Surface(*x), &Vertex::Surface(*y)) {
-            sum += factor;
+    let stride = stride(p.len());
+    let (mut sum, mut count) = (0.0, 0_u32);
+    for (k, (x, _)) in p.iter().enumerate().filter(|(_, (_, open))| *open) {
+        count += 1;
+        let factor = point_factor(a, x, b, q);
+        if factor > 0.0 {
+            let first = k * stride + q.len() / 3;
+            sum += factor
+                * open_share(a, x, b, cover)
+                * visible_share(scene, (a, x), (b, q), first, looks);
         }
     }
-    a.area * sum / count as f64
+    if count == 0 { 0.0 } else { a.open_area() * sum / f64::from(count) }
+}
+
+/// How much of what faces x is open: the closed form has nothing of what is turned away, be it open or not.
+fn open_share(a: &Element, x: &SurfacePoint, b: &Element, cover: &[(SurfacePoint, bool)]) -> f64 {
+    let (mut open, mut all) = (0_u32, 0_u32);
+    for (_, is_open) in cover.iter().filter(|(y, _)| a.faces(x, b, y)) {
+        all += 1;
+        open += u32::from(*is_open);
+    }
+    if all == 0 { 1.0 } else { f64::from(open) / f64::from(all) }
+}
+
+/// The share of ∫ G dA over `b` that is open and visible from x, from `looks` samples of those that face x: the closed form has
+/// nothing of what is turned away.
+fn visible_share(
+    scene: &Scene,
+    (a, x): (&Element, &SurfacePoint),
+    (b, q): Samples<'_>,
+    first: usize,
+    looks: usize,
+) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for look in 0..looks {
+        let from = first + look * q.len() / looks;
+        let inner = (0..q.len()).map(|l| &q[(from + l) % q.len()]).find(|y| a.faces(x, b, &y.0));
+        let Some((y, open)) = inner else { break };
+        let weight = if looks == 1 { 1.0 } else { kernel(a, x, b, y) };
+        all += weight;
+        if *open && scene.visible(&Vertex::Surface(*x), &Vertex::Surface(*y)) {
+            seen += weight;
+        }
+    }
+    if all > 0.0 { seen / all } else { 0.0 }
+}
+
+/// G of two samples, 0 where one is turned away from the other.
+fn kernel(a: &Element, x: &SurfacePoint, b: &Element, y: &SurfacePoint) -> f64 {
+    let d = y.p.as_dvec3() - x.p.as_dvec3();
+    let r2 = d.length_squared();
+    let (cos_x, cos_y) = (d.dot(a.normal(x)).max(0.0), (-d.dot(b.normal(y))).max(0.0));
+    if r2 > 0.0 { cos_x * cos_y / (r2 * r2) } else { 0.0 }
 }
 
 /// Some number near the golden section of `count` and prime to it.
@@ -103,7 +154,6 @@ fn stride(count: usize) -> usize {
 
 /// Whether anything of `b` lies in front of anything of `a`.
 fn may_face(a: &Element, b: &Element) -> bool {
-    let tolerance = 1e-7 * (1.0 + a.center.length());
     if a.polygon.is_empty() {
         return true;
     }
@@ -112,11 +162,11 @@ fn may_face(a: &Element, b: &Element) -> bool {
     if b.polygon.is_empty() {
         return (b.center - o).dot(n) > -2.0 * b.radius;
     }
-    b.polygon.iter().any(|p| (*p - o).dot(n) > tolerance)
+    b.polygon.iter().any(|p| (*p - o).dot(n) > FLAT)
 }
 
-/// ∫_b G/π dA seen from x with normal n, without visibility.
-fn point_factor(x: &SurfacePoint, n: DVec3, b: &Element, q: &[(SurfacePoint, usize)]) -> f64 {
+/// ∫_b G/π dA seen from x of `a`, without visibility.
+fn point_factor(a: &Element, x: &SurfacePoint, b: &Element, q: &[(SurfacePoint, bool)]) -> f64 {
     let p = x.p.as_dvec3();
     if !b.polygon.is_empty() {
         // One-sided: from behind an element is not seen.
@@ -124,17 +174,9 @@ fn point_factor(x: &SurfacePoint, n: DVec3, b: &Element, q: &[(SurfacePoint, usi
         if (p - y.p.as_dvec3()).dot(b.normal(y)) <= 0.0 {
             return 0.0;
         }
-        return polygon_factor(p, n, &b.polygon);
+        return polygon_factor(p, a.normal(x), &b.polygon);
     }
-    let sum: f64 = q
-        .iter()
-        .map(|(y, _)| {
-            let d = y.p.as_dvec3() - p;
-            let r2 = d.length_squared();
-            let (cos_x, cos_y) = (d.dot(n).max(0.0), (-d.dot(b.normal(y))).max(0.0));
-            if r2 > 0.0 { cos_x * cos_y / (r2 * r2) } else { 0.0 }
-        })
-        .sum();
+    let sum: f64 = q.iter().map(|(y, _)| kernel(a, x, b, y)).sum();
     sum * b.area / (q.len() as f64 * PI)
 }
 

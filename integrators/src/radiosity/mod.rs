@@ -9,6 +9,7 @@
 //! | cells of all surfaces, a side each | [`elements`](Mesh) |
 //! | which parts light can reach | `open` |
 //! | form factors | [`factors`] |
+//! | form factors once more, by rays, to hold them to | [`traced_row`] |
 //! | B⁽ᵏ⁾ | [`System`] |
 //! | camera rays that read it | [`RadiosityIntegrator`] |
 //!
@@ -18,10 +19,13 @@
 mod elements;
 pub mod factors;
 mod open;
+pub mod sequence;
 mod solve;
+mod traced;
 
 pub use elements::{Element, Mesh};
 pub use solve::{Radiosity, System};
+pub use traced::traced_row;
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -48,6 +52,8 @@ pub struct Settings {
     pub h: Option<f64>,
     /// About how many elements, both sides of surfaces counted together.
     pub elements: u32,
+    /// How often the edges of that mesh are halved: every cell into four, so that meshes of 0, 1, 2, … halvings are nested.
+    pub halvings: u32,
     /// Samples along the edge of an element for form factors.
     pub samples: u32,
     /// Largest matrix in MiB.
@@ -56,7 +62,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { h: None, elements: 1500, samples: 3, memory: 1024 }
+        Settings { h: None, elements: 1500, halvings: 0, samples: 3, memory: 1024 }
     }
 }
 
@@ -66,7 +72,7 @@ impl Settings {
         ((f64::from(self.memory) * f64::from(1 << 20) / 8.0).sqrt()) as u64
     }
 
-    /// Edge of an element in the normalised scene.
+    /// Edge of an element in the normalised scene before it is halved.
     pub fn edge(&self, scene: &Scene) -> f64 {
         self.h.unwrap_or_else(|| {
             let area: f64 = scene.charts().iter().map(|chart| chart.area()).sum();
@@ -170,6 +176,7 @@ impl RadiosityIntegrator {
         let settings = Settings {
             h: (h > 0.0).then_some(h),
             elements: whole(options.integer("elements", default.elements.into(), 1..=1_000_000)?),
+            halvings: 0,
             samples: whole(options.integer("samples", default.samples.into(), 1..=16)?),
             memory: whole(options.integer("memory", default.memory.into(), 1..=1 << 20)?),
         };

@@ -35,7 +35,7 @@ impl System {
         }
         let most = settings.most_elements();
         // Sides that no light reaches are dropped, so there may be more cells than elements.
-        let mut mesh = Mesh::new(scene, settings.edge(scene), settings.samples, 4 * most)?;
+        let mut mesh = Mesh::new(scene, settings, 4 * most)?;
         open::mark(scene, &mut mesh);
         mesh.drop_closed();
         let elements = mesh.elements.len() as u64;

@@ -7,7 +7,7 @@
 //! | --- | --- |
 //! | the matrix solved directly | [`solve_directly`] |
 //! | reciprocity and row sums | [`defects`] |
-//! | means of the film, per length, at edges h, h/2, h/4 | [`levels`] |
+//! | means of the film, per length, at edges h, h/2, h/4 | [`Levels`] |
 //! | Richardson's extrapolation and its uncertainty | [`Extrapolated`] |
 //! | the same as a scene with exact answers | [`scene_of`] |
 
@@ -18,5 +18,5 @@ mod scenes;
 
 pub use direct::{Defects, NotSolved, defects, solve_directly};
 pub use extrapolate::Extrapolated;
-pub use levels::{FeError, levels, scene_of};
+pub use levels::{FeError, Levels, scene_of};
 pub use scenes::of_library;
