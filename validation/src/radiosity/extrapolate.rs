@@ -88,16 +88,15 @@ mod tests {
         }
     }
 
-    /// An error that hops about with the way elements meet edges, of one size on two levels and of half of it on the last.
+    /// An error that hops about with the way elements meet edges, and falls with the root of h.
     #[test]
-    fn the_interval_mostly_holds_the_limit_of_an_error_without_order() {
+    fn the_interval_holds_the_limit_where_errors_of_any_sign_fall_slowly() {
         let sign = |k: u32, bit: u32| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
-        let held = (0..8).filter(|&k| {
-            let at = [2.0 * sign(k, 0), 1.4 * sign(k, 1), sign(k, 2)];
-            let e = Extrapolated::new(at);
-            e.value.abs() <= e.uncertainty
-        });
-        assert!(held.count() == 8);
+        for k in 0..8 {
+            let e = Extrapolated::new([2.0 * sign(k, 0), 1.4 * sign(k, 1), sign(k, 2)]);
+            // 2, 1.4, 1 are on the edge.
+            assert!(e.value.abs() <= e.uncertainty * (1.0 + 1e-9), "{k} {e:?}");
+        }
     }
 
     #[test]
