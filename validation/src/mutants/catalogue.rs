@@ -65,6 +65,8 @@ pub enum Chain {
     Primary,
     /// Whole paths, bidirectional mutation.
     PathSpace,
+    /// Numbers of bidirectional path tracing, jumps between techniques most of the time.
+    Jumps,
 }
 
 impl Level {
@@ -91,6 +93,7 @@ impl Level {
                 let chain = match chain {
                     Chain::Primary => "pssmlt over pt",
                     Chain::PathSpace => "mlt, bidirectional mutation",
+                    Chain::Jumps => "rjmlt, jumps",
                 };
                 format!("{chain} on {scene}, {:.1e} starts", *starts as f64)
             }
@@ -181,11 +184,6 @@ pub fn hunts() -> Vec<Hunt> {
         pair(LargeStepWeight, "cornell-box", ["bdpt", MIXED], FEW),
         pair(RejectedKept, "cornell-box", ["bdpt", LOCAL], MANY),
         pair(LazyTime, "cornell-box", ["bdpt", LOCAL], 2 * MANY),
-        pair(
-            JumpJacobian,
-            "cornell-box",
-            ["bdpt", "rjmlt:bootstrap=1024,chains=16,jump=0.5"],
-            MANY,
-        ),
+        chain(JumpJacobian, "cornell-box", Chain::Jumps, 40_000),
     ]
 }

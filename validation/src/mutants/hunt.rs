@@ -19,6 +19,7 @@ use pathspace_integrators::mlt::Mlt;
 use pathspace_integrators::primary::{PrimaryOptions, PrimaryTarget};
 use pathspace_integrators::pssmlt::Estimated;
 use pathspace_integrators::pt::PathTracer;
+use pathspace_integrators::rjmlt::Rjmlt;
 use pathspace_integrators::{Defaults, Registry};
 use pathspace_scenes::library;
 
@@ -225,6 +226,12 @@ fn chain_fails(
                 let options = PrimaryOptions::from_options(&mut spec.options()).map_err(bad)?;
                 let target = PrimaryTarget::new(Estimated(Arc::new(tracer)), options);
                 chains::primary("pssmlt", target, scene, seed, starts)
+            }
+            Chain::Jumps => {
+                let rjmlt = spec("rjmlt:large=0.1,jump=0.9")?;
+                let rjmlt = Rjmlt::from_spec(&rjmlt, &defaults).map_err(bad)?;
+                let target = PrimaryTarget::new(rjmlt.techniques, rjmlt.options);
+                chains::primary("rjmlt", target, scene, seed, starts)
             }
             Chain::PathSpace => {
                 let spec = spec("mlt:lens=0,caustic=0,multi=0,manifold=0")?;
