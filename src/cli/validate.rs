@@ -5,7 +5,7 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use pathspace_integrators::Registry;
 use pathspace_validation::stats::Verdict;
 use pathspace_validation::suites::{self, Options, Suite};
@@ -84,7 +84,13 @@ pub(super) fn validate(
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&object)?)?;
     }
-    Ok(if report.passed() { Done::Well } else { Done::Differ })
+    if !report.passed() {
+        return Ok(Done::Differ);
+    }
+    if !report.complete {
+        bail!("interrupted: nothing is wrong in what was done, but tests are missing");
+    }
+    Ok(Done::Well)
 }
 
 /// The suite with what the command line changes.
@@ -168,7 +174,13 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
         out,
         "\n{}: {well} agree, {wrong} differ, {open} inconclusive, {} failures; seed {}, \
          probability of any false alarm {:.0e}, {:.0} s",
-        if failures.is_empty() { "PASSED" } else { "FAILED" },
+        if !failures.is_empty() {
+            "FAILED"
+        } else if report.complete {
+            "PASSED"
+        } else {
+            "INTERRUPTED"
+        },
         failures.len(),
         report.config.seed,
         report.config.alpha,

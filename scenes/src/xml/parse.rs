@@ -425,8 +425,9 @@ fn major(version: &str, place: &Place) -> Result<u32> {
     let parts: Vec<&str> = version.trim().split('.').collect();
     let numbers: Option<Vec<u32>> = parts.iter().map(|p| p.parse().ok()).collect();
     match numbers {
-        Some(numbers) if (1..=3).contains(&numbers.len()) => Ok(numbers[0]),
-        _ => Err(value::bad(place, "<scene> version", version, "a version such as 3.0.0")),
+        // What a later format means nobody here knows.
+        Some(numbers) if (1..=3).contains(&numbers.len()) && numbers[0] <= 3 => Ok(numbers[0]),
+        _ => Err(value::bad(place, "<scene> version", version, "a version up to 3, such as 3.0.0")),
     }
 }
 

@@ -21,7 +21,11 @@ fn broken_xml_and_structure() {
         ),
         plain(
             "<scene version=\"three\"/>",
-            "bad.xml:1: <scene> version: \"three\" is not a version such as 3.0.0",
+            "bad.xml:1: <scene> version: \"three\" is not a version up to 3, such as 3.0.0",
+        ),
+        plain(
+            "<scene\n version=\"4.0.0\"/>",
+            "bad.xml:1: <scene> version: \"4.0.0\" is not a version up to 3, such as 3.0.0",
         ),
         plain(
             "<bsdf version=\"3.0.0\" type=\"diffuse\"/>",
