@@ -46,6 +46,7 @@ pub struct ShapeDescription {
 /// is counter-clockwise. A reader whose format means something else sets
 /// [`ShapeDescription::flip_normals`] or reverses triangles.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum ShapeGeometry {
     /// Triangles.
     Mesh(Arc<MeshData>),
@@ -101,6 +102,7 @@ pub struct MaterialDescription {
 
 /// Parameters of the scattering models.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum MaterialKind {
     /// Lambert: f = ρ/π on the front side, black behind.
     Diffuse {
@@ -157,6 +159,7 @@ pub enum MaterialKind {
 
 /// Microfacet distributions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MicrofacetKind {
     /// Beckmann and Spizzichino 1963.
     Beckmann,
@@ -166,6 +169,7 @@ pub enum MicrofacetKind {
 
 /// Emitters that are not surfaces, in world units.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum EmitterDescription {
     /// Isotropic point light.
     Point {

@@ -51,6 +51,7 @@ impl fmt::Display for Known {
 
 /// An error in a scene file or in a file that it refers to.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SceneFileError {
     /// A file cannot be read.
     #[error("{place}: cannot read \"{file}\": {reason}")]

@@ -4,6 +4,7 @@ use crate::color::Rgb;
 
 /// Why a material can not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BsdfError {
     /// A parameter is NaN, infinite or outside its range.
     #[error("{parameter} is {value}, expected {expected}")]

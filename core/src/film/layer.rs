@@ -4,6 +4,7 @@ use super::sink::{Contribution, Families};
 
 /// Names one layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum LayerKey {
     /// Paths of length k: term k − 1 of the Neumann series K^{k−1} L_e.
     Length(u16),

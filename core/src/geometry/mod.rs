@@ -53,6 +53,7 @@ pub use primitives::{CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim};
 
 /// Why a tree cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GeometryError {
     /// A coordinate, axis or radius is NaN or infinite.
     #[error("{kind} {index}: {what} is not finite")]

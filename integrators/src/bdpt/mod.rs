@@ -51,6 +51,7 @@ pub const NAME: &str = "bdpt";
 
 /// How the vertices of the two subpaths are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Connect {
     /// Every pair.
     Full,

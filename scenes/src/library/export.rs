@@ -10,6 +10,7 @@ use super::LibraryScene;
 
 /// Why a scene could not be written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum LibraryError {
     /// The directory does not exist and cannot be made.
     #[error("cannot create directory {}: {source}", path.display())]

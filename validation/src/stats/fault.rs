@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// Why a statistic cannot be computed from the given numbers.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum StatsError {
     /// Fewer observations than the statistic needs.
     #[error("{what}: {got} given, at least {need} needed")]
