@@ -102,7 +102,7 @@ pub fn test<P>(
     sample: impl FnMut(&mut Pcg64Mcg) -> Option<P>,
     density: impl Fn(&P) -> f64,
 ) -> Outcome {
-    test_by(name, chart, resolution, samples, seed, sample, density, Quadrature::Adaptive)
+    test_by(name, chart, resolution, (samples, seed), sample, density, Quadrature::Adaptive)
 }
 
 /// [`test`] for densities with edges in arbitrary places.
@@ -115,7 +115,7 @@ pub fn test_with_edges<P>(
     sample: impl FnMut(&mut Pcg64Mcg) -> Option<P>,
     density: impl Fn(&P) -> f64,
 ) -> Outcome {
-    test_by(name, chart, resolution, samples, seed, sample, density, Quadrature::Midpoints)
+    test_by(name, chart, resolution, (samples, seed), sample, density, Quadrature::Midpoints)
 }
 
 /// How the density is integrated over a cell.
@@ -127,13 +127,11 @@ enum Quadrature {
     Midpoints,
 }
 
-#[allow(clippy::too_many_arguments)]
 fn test_by<P>(
     name: impl Into<String>,
     chart: &Chart<P>,
     resolution: [usize; 2],
-    samples: usize,
-    seed: u64,
+    (samples, seed): (usize, u64),
     mut sample: impl FnMut(&mut Pcg64Mcg) -> Option<P>,
     density: impl Fn(&P) -> f64,
     quadrature: Quadrature,
