@@ -238,6 +238,8 @@ impl<'a> Session<'a> {
     /// One step of the run.
     fn step(&mut self) -> Result<(), IntegratorError> {
         let begun = self.clock.seconds();
+        self.work += self.run.prepare(&mut self.film);
+        self.start_up += self.clock.seconds() - begun;
         self.work += self.run.step(&mut self.film);
         self.steps += 1;
         self.own_steps += 1;

@@ -56,6 +56,12 @@ pub trait Integrator: Send + Sync {
 
 /// An integrator at work on one scene with one seed.
 pub trait Run: Send {
+    /// What has to be done once before the first step, a bootstrap for instance: a step does it by itself where it was not asked for, but who plans how many steps
+    /// fit into a time wants to know the one from the other.
+    fn prepare(&mut self, _film: &mut Film) -> Work {
+        Work::default()
+    }
+
     /// About one sample (or mutation) per pixel. Runs on the current rayon pool; the film is the same to the bit for any number of threads.
     fn step(&mut self, film: &mut Film) -> Work;
 

@@ -152,16 +152,18 @@ impl ErptRun {
 }
 
 impl Run for ErptRun {
+    fn prepare(&mut self, _: &mut Film) -> Work {
+        if self.energy.is_some() {
+            return Work::default();
+        }
+        let (energy, rays) = self.pilot();
+        self.energy = Some(energy);
+        Work { rays, ..Work::default() }
+    }
+
     fn step(&mut self, film: &mut Film) -> Work {
-        let mut work = Work::default();
-        let energy = match self.energy {
-            Some(energy) => energy,
-            None => {
-                let (energy, rays) = self.pilot();
-                work.rays += rays;
-                *self.energy.insert(energy)
-            }
-        };
+        let mut work = self.prepare(film);
+        let Some(energy) = self.energy else { return work };
         // A seed counts as the mutations that it makes on average, so that a step has about one for each pixel.
         let per_seed = (self.chains * self.mutations as f64).ceil().max(1.0) as u64;
         let seeds = (film.pixels() / per_seed).max(1);

@@ -15,7 +15,7 @@ use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
 use rayon::prelude::*;
 
 use super::Bdpt;
-use super::walks::LightSubpath;
+use super::walks::{LightSubpath, always};
 
 /// Light subpaths in a parallel task.
 const BATCH: u64 = 1024;
@@ -50,7 +50,7 @@ impl CachedRun {
                     let mut u = RandomStream::new(address);
                     chunk.begin(address);
                     let mut connector = walks.connector(scene, &mut chunk, Default::default());
-                    let light = walks.light_subpath(&mut connector, &mut u);
+                    let light = walks.light_subpath(&mut connector, &mut u, always);
                     walks.onto_film(&mut connector, &light, &mut u);
                     subpaths.push(light);
                 }
@@ -82,7 +82,7 @@ impl Run for CachedRun {
         let mut work = driver::run_items(film, self.seed, self.step, items, |item, u, chunk| {
             let (x, y) = (item % crop.width as u64, item / crop.width as u64);
             let pixel = [crop.x + x as u32, crop.y + y as u32];
-            let mut sensor = walks.sensor_subpath(scene, Some(pixel), u);
+            let mut sensor = walks.sensor_subpath(scene, Some(pixel), u, always);
             let mut connector = walks.connector(scene, chunk, sensor.film);
             walks.hit_emitters(&mut connector, &mut sensor);
             for t in 2..=sensor.vertices.len().min(walks.max) {

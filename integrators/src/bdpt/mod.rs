@@ -10,6 +10,7 @@
 //! | the techniques | `connect` |
 //! | connections to a cache of light vertices | `cache` |
 //! | one technique alone | `single` |
+//! | every technique of two subpaths, each by numbers of its own: starts of chains | `every` |
 //! | numbers by which a technique makes a given path | `inverse` |
 //! | densities and weights of all techniques of a given path | `shares` |
 //! | the same by the code that renders, for tests | `replay` |
@@ -19,6 +20,7 @@
 
 mod cache;
 mod connect;
+mod every;
 mod inverse;
 mod replay;
 mod shares;
@@ -41,9 +43,10 @@ use pathspace_core::path::WalkRules;
 use pathspace_core::random::{PrimarySample, Stream};
 
 use self::cache::CachedRun;
+pub use self::every::TechniqueNumbers;
 pub use self::inverse::Numbers;
 pub use self::techniques::TechniqueSet;
-use self::walks::Walks;
+use self::walks::{Walks, always};
 use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
@@ -193,10 +196,10 @@ impl PathEstimator for Bdpt {
     ) {
         let walks = self.walks(scene);
         u.stream(Stream::Sensor);
-        let mut sensor = walks.sensor_subpath(scene, pixel, u);
+        let mut sensor = walks.sensor_subpath(scene, pixel, u, always);
         let mut connector = walks.connector(scene, sink, sensor.film);
         u.stream(Stream::Light);
-        let light = walks.light_subpath(&mut connector, u);
+        let light = walks.light_subpath(&mut connector, u, always);
         u.stream(Stream::Lens);
         walks.onto_film(&mut connector, &light, u);
         walks.hit_emitters(&mut connector, &mut sensor);

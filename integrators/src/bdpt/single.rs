@@ -6,6 +6,7 @@ use pathspace_core::path::{PathRecord, Technique};
 use pathspace_core::random::{PrimarySample, Stream};
 
 use super::Bdpt;
+use super::walks::always;
 
 impl Bdpt {
     /// Makes one estimate of w_{s,t} f by technique (s, t) alone, for the whole crop window: walks of exactly as many vertices, one connection.
@@ -30,7 +31,7 @@ impl Bdpt {
         let mut connector = walks.connector(scene, &mut sink, glam::Vec2::ZERO);
         if t <= 1 {
             u.stream(Stream::Light);
-            let light = walks.light_subpath(&mut connector, u);
+            let light = walks.light_subpath(&mut connector, u, always);
             // t = 0 was made on the way.
             if t == 1 && light.vertices.len() == s && light.vertices[s - 1].connectible {
                 u.stream(Stream::Lens);
@@ -40,7 +41,7 @@ impl Bdpt {
             return;
         }
         u.stream(Stream::Sensor);
-        let mut sensor = walks.sensor_subpath(scene, None, u);
+        let mut sensor = walks.sensor_subpath(scene, None, u, always);
         connector.film = sensor.film;
         if s == 0 {
             walks.hit_with_all(&mut connector, &mut sensor, t);
@@ -57,7 +58,7 @@ impl Bdpt {
             return;
         }
         u.stream(Stream::Light);
-        let light = walks.light_subpath(&mut connector, u);
+        let light = walks.light_subpath(&mut connector, u, always);
         if light.vertices.len() == s
             && let Some(candidate) = connector.inner(&light.vertices, &sensor.vertices)
         {

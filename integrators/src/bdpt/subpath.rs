@@ -56,7 +56,8 @@ pub(super) struct OpenEdge {
 
 impl WalkConfig {
     /// Extends a subpath that holds its first vertex along `edge` until it ends, and returns the edge that left the scene, if it ended so.
-    /// `on_edge` sees every edge with its length before its end becomes a vertex.
+    /// `on_edge` sees every edge with its length before its end becomes a vertex. `goes_on` is asked after every scattering event, with the probability of local
+    /// roulette: a way to end walks that is no part of their densities.
     pub(super) fn walk<U: PrimarySample>(
         &self,
         scene: &Scene,
@@ -64,6 +65,7 @@ impl WalkConfig {
         mut edge: OpenEdge,
         u: &mut U,
         mut on_edge: impl FnMut(&mut Subpath, &OpenEdge, f32),
+        mut goes_on: impl FnMut(Mass) -> bool,
     ) -> Option<OpenEdge> {
         while !edge.throughput.is_black() {
             let hit = scene.intersect(&edge.ray);
@@ -84,6 +86,9 @@ impl WalkConfig {
             let sample = scene.sample_scatter(&point, from, self.mode, lobe, direction)?;
             let q = if self.roulette { sample.survival } else { Mass::ONE };
             if self.roulette && u.next() as f64 >= q.value() {
+                return None;
+            }
+            if !goes_on(sample.survival) {
                 return None;
             }
             edge = OpenEdge {

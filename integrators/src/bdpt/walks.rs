@@ -6,6 +6,7 @@ use pathspace_core::bsdf::TransportMode;
 use pathspace_core::color::Rgb;
 use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::Sink;
+use pathspace_core::measure::Mass;
 use pathspace_core::path::Vertex;
 use pathspace_core::random::PrimarySample;
 
@@ -16,6 +17,11 @@ use super::weight::Weights;
 
 /// Vertices that most subpaths do not exceed: lists that grow copy them.
 const ROOM: usize = 8;
+
+/// Walks that only their own roulette ends.
+pub(super) fn always(_: Mass) -> bool {
+    true
+}
 
 /// How the walks of one integrator go in one scene.
 pub(super) struct Walks {
@@ -85,6 +91,7 @@ impl Walks {
         scene: &Scene,
         pixel: Option<[u32; 2]>,
         u: &mut U,
+        goes_on: impl FnMut(Mass) -> bool,
     ) -> SensorSubpath {
         let sensor = scene.sensor();
         let on_film = u.next2();
@@ -98,7 +105,7 @@ impl Walks {
         };
         let walks = self.max >= 1 && self.sensor.max_vertices >= 2;
         let escaped = if walks {
-            self.sensor.walk(scene, &mut vertices, first, u, |_, _, _| ())
+            self.sensor.walk(scene, &mut vertices, first, u, |_, _, _| (), goes_on)
         } else {
             None
         };
@@ -110,6 +117,7 @@ impl Walks {
         &self,
         connector: &mut Connector<'_, S>,
         u: &mut U,
+        goes_on: impl FnMut(Mass) -> bool,
     ) -> LightSubpath {
         let scene = connector.scene;
         let Some(emission) = scene.sample_emission(u.next(), u.next2(), u.next2()) else {
@@ -131,7 +139,7 @@ impl Walks {
             if walk.max_vertices == 1 && self.pinhole {
                 return LightSubpath { vertices, emitter };
             }
-            walk.walk(scene, &mut vertices, first, u, |light, edge, length| {
+            let on_edge = |light: &mut Subpath, edge: &OpenEdge, length| {
                 if self.pinhole || light.len() > self.max {
                     return;
                 }
@@ -141,7 +149,8 @@ impl Walks {
                     connector.hit_lens(light, emitter, edge.ray.d);
                     light.pop();
                 }
-            });
+            };
+            walk.walk(scene, &mut vertices, first, u, on_edge, goes_on);
         }
         LightSubpath { vertices, emitter }
     }

@@ -6,12 +6,21 @@ use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
 use rayon::prelude::*;
 
-use super::ChainTarget;
+use super::{Candidate, Candidates, ChainTarget};
 
 /// Bootstrap samples in a parallel task.
 const BATCH: u64 = 256;
 
-/// What N independent samples say of the target.
+/// Where a chain starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Start {
+    /// The bootstrap sample.
+    pub sample: u64,
+    /// Its [`Candidate::index`].
+    pub index: u32,
+}
+
+/// What N independent samples say of the target. W is the sum over the candidates of a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bootstrap {
     /// N.
@@ -22,8 +31,8 @@ pub struct Bootstrap {
     pub sum2: f64,
     /// W that were NaN or infinite: how many, and the address of the first ones.
     pub nonfinite: (u64, Vec<Address>),
-    /// Bootstrap sample that chain c starts from; empty where every W is 0.
-    pub starts: Vec<u64>,
+    /// Where chain c starts; empty where every W is 0.
+    pub starts: Vec<Start>,
     /// Rays traced.
     pub rays: u64,
     seed: u64,
@@ -50,10 +59,10 @@ impl Bootstrap {
         &self,
         target: &T,
         scene: &Scene,
-        start: u64,
+        start: Start,
     ) -> Option<T::State> {
-        let mut u = RandomStream::new(address(self.seed, start));
-        target.bootstrap(scene, &mut u).map(|(state, _)| state)
+        let mut u = RandomStream::new(address(self.seed, start.sample));
+        target.start(scene, &mut u, start.index)
     }
 }
 
@@ -62,9 +71,9 @@ fn address(seed: u64, item: u64) -> Address {
 }
 
 /// Draws `samples` bootstrap samples on the current rayon pool and picks the starts of `chains` chains. The same to the bit for any number of
-/// threads; only the W_i and their keys are kept.
+/// threads; only candidates are kept, not their states.
 ///
-/// Starts are drawn by strata of ΣW in the order of [`ChainTarget::key`], one for each chain (stratified resampling), and dealt
+/// Starts are drawn by strata of ΣW in the order of [`Candidate::key`], one for each chain (stratified resampling), and dealt
 /// to the chains in a random rotation: each chain alone starts at X₀ ∝ W_i, together they miss no important part.
 pub fn bootstrap<T: ChainTarget>(
     target: &T,
@@ -89,60 +98,71 @@ fn draw<T: ChainTarget>(
 ) -> Bootstrap {
     // Numbers of their own, apart from those of the chains.
     let seed = derive_seed(seed, u64::MAX - 1);
-    let batches: Vec<(Vec<(f64, u64)>, u64)> = (0..samples.div_ceil(BATCH))
+    let batches: Vec<Batch> = (0..samples.div_ceil(BATCH))
         .into_par_iter()
         .map(|batch| {
             let before = driver::rays_on_this_thread();
-            let weights = (batch * BATCH..((batch + 1) * BATCH).min(samples))
-                .map(|item| {
-                    let mut u = RandomStream::new(address(seed, item));
-                    match target.bootstrap(scene, &mut u) {
-                        Some((x, w)) => (w, target.key(scene, &x)),
-                        None => (0.0, 0),
-                    }
-                })
-                .collect();
-            (weights, driver::rays_on_this_thread() - before)
+            let mut done = Batch::default();
+            let mut found = Candidates::default();
+            for item in batch * BATCH..((batch + 1) * BATCH).min(samples) {
+                found.clear();
+                target.candidates(scene, &mut RandomStream::new(address(seed, item)), &mut found);
+                let total = found.total();
+                if total.is_finite() && total >= 0.0 {
+                    done.sum += total;
+                    done.sum2 += total * total;
+                    done.candidates.extend(found.iter().map(|c| (item, *c)));
+                } else {
+                    done.nonfinite.push(address(seed, item));
+                }
+            }
+            done.rays = driver::rays_on_this_thread() - before;
+            done
         })
         .collect();
-    let rays = batches.iter().map(|(_, rays)| rays).sum();
     let mut result = Bootstrap {
         samples,
         sum: 0.0,
         sum2: 0.0,
         nonfinite: (0, Vec::new()),
         starts: Vec::new(),
-        rays,
+        rays: 0,
         seed,
     };
-    let mut weighted = Vec::new();
-    for (item, (w, key)) in batches.into_iter().flat_map(|(weights, _)| weights).enumerate() {
-        if w.is_finite() && w >= 0.0 {
-            result.sum += w;
-            result.sum2 += w * w;
-            if w > 0.0 {
-                weighted.push((key, item as u64, w));
-            }
-        } else {
-            result.nonfinite.0 += 1;
-            if result.nonfinite.1.len() < 16 {
-                result.nonfinite.1.push(address(seed, item as u64));
-            }
-        }
+    let mut candidates = Vec::new();
+    for batch in batches {
+        result.sum += batch.sum;
+        result.sum2 += batch.sum2;
+        result.rays += batch.rays;
+        result.nonfinite.0 += batch.nonfinite.len() as u64;
+        let room = 16 - result.nonfinite.1.len();
+        result.nonfinite.1.extend(batch.nonfinite.into_iter().take(room));
+        candidates.extend(batch.candidates);
     }
-    weighted.sort_unstable_by_key(|&(key, item, _)| (key, item));
-    let sums = weighted.iter().scan(0.0, |sum, (_, _, w)| {
-        *sum += w;
+    candidates.sort_unstable_by_key(|(item, c)| (c.key, *item, c.index));
+    let sums = candidates.iter().scan(0.0, |sum, (_, c)| {
+        *sum += c.weight;
         Some(*sum)
     });
     let cdf: Vec<f64> = sums.collect();
-    let starts = starts(&cdf, seed, chains);
-    result.starts = starts.into_iter().map(|i| weighted[i as usize].1).collect();
+    let starts = starts(&cdf, seed, chains).into_iter().map(|i| &candidates[i]);
+    result.starts = starts.map(|(sample, c)| Start { sample: *sample, index: c.index }).collect();
     result
 }
 
+/// What a parallel task hands over.
+#[derive(Default)]
+struct Batch {
+    sum: f64,
+    sum2: f64,
+    /// With their samples.
+    candidates: Vec<(u64, Candidate)>,
+    nonfinite: Vec<Address>,
+    rays: u64,
+}
+
 /// Indices drawn in proportion to the steps of a running sum.
-fn starts(cdf: &[f64], seed: u64, chains: u64) -> Vec<u64> {
+fn starts(cdf: &[f64], seed: u64, chains: u64) -> Vec<usize> {
     let total = cdf.last().copied().unwrap_or(0.0);
     if !(total > 0.0) {
         return Vec::new();
@@ -157,7 +177,7 @@ fn starts(cdf: &[f64], seed: u64, chains: u64) -> Vec<u64> {
             let stratum = (chain + rotation) % chains;
             let x = (stratum as f64 + number()) / chains as f64 * total;
             // The first whose running sum exceeds x: samples without weight are never it.
-            cdf.partition_point(|&c| c <= x).min(last) as u64
+            cdf.partition_point(|&c| c <= x).min(last)
         })
         .collect()
 }
@@ -173,7 +193,7 @@ mod tests {
         let n = 30_000;
         for seed in 0..n {
             for (chain, &start) in starts(&cdf, seed, 3).iter().enumerate() {
-                counts[chain][start as usize] += 1.0;
+                counts[chain][start] += 1.0;
             }
         }
         for counts in counts {

@@ -9,17 +9,20 @@
 //! | what an integrator says of its chain: [`ChainTarget`], [`Proposal`] | here |
 //! | one mutation: acceptance, rejected states, expected values | `markov` |
 //! | bootstrap and starts | `bootstrap` |
+//! | what one bootstrap sample offers | `candidates` |
 //! | steps on all threads, checkpoints | `run` |
 //! | bytes of checkpoints | `codec` |
 //! | two-stage targets | `image` |
 
 mod bootstrap;
+mod candidates;
 mod codec;
 mod image;
 mod markov;
 mod run;
 
-pub use bootstrap::{Bootstrap, bootstrap};
+pub use bootstrap::{Bootstrap, Start, bootstrap};
+pub use candidates::{Candidate, Candidates, film_key};
 pub use codec::{Reader, Writer};
 pub use image::ImageWeight;
 pub use markov::{Chain, Tally};
@@ -47,10 +50,17 @@ pub trait ChainTarget: Send + Sync + 'static {
     /// same numbers it gives the same state. A W that is not finite is counted as a non-finite contribution and starts no chain.
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(Self::State, f64)>;
 
-    /// Where a bootstrap sample stands among the others: starts are drawn by strata in the order of these keys, so that samples with like
-    /// keys share chains out evenly. Any key leaves the starts ∝ W.
-    fn key(&self, _scene: &Scene, _x: &Self::State) -> u64 {
-        0
+    /// The same sample where it has several states to offer: any number of x_i with E Σ_i W_i h(x_i) = ∫ f* h. Chains start at
+    /// one of the candidates of all samples, and b̂ is the mean of Σ_i W_i.
+    fn candidates(&self, scene: &Scene, u: &mut RandomStream, found: &mut Candidates) {
+        if let Some((_, weight)) = self.bootstrap(scene, u) {
+            found.add(Candidate { weight, key: 0, index: 0 });
+        }
+    }
+
+    /// A candidate's state, made again from the numbers of its sample.
+    fn start(&self, scene: &Scene, u: &mut RandomStream, _index: u32) -> Option<Self::State> {
+        self.bootstrap(scene, u).map(|(x, _)| x)
     }
 
     /// Told once to every start: chain number `chain` of `chains` in the run of `seed`, for stratification across chains.

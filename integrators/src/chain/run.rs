@@ -75,7 +75,8 @@ struct Started<S> {
 }
 
 impl<T: ChainTarget> ChainRun<T> {
-    /// A run that goes on from `state`, or begins where that is the default. The bootstrap is part of the first step.
+    /// A run that goes on from `state`, or begins where that is the default. The bootstrap is made by the first step,
+    /// or by [`Run::prepare`] before it.
     ///
     /// # Errors
     /// [`IntegratorError::BadState`] where the bytes are not a state of these chains.
@@ -201,17 +202,21 @@ impl<S> Started<S> {
 }
 
 impl<T: ChainTarget> Run for ChainRun<T> {
-    fn step(&mut self, film: &mut Film) -> Work {
-        let mut work = Work::default();
+    fn prepare(&mut self, film: &mut Film) -> Work {
         if !self.prepared {
             self.target.prepare(&self.scene, derive_seed(self.seed, u64::MAX - 2));
             self.prepared = true;
         }
-        if self.started.is_none() {
-            let (started, spent) = self.begin(film);
-            work += spent;
-            self.started = Some(started);
+        if self.started.is_some() {
+            return Work::default();
         }
+        let (started, work) = self.begin(film);
+        self.started = Some(started);
+        work
+    }
+
+    fn step(&mut self, film: &mut Film) -> Work {
+        let mut work = self.prepare(film);
         let mutations = film.pixels();
         let Some(started) = &self.started else { return work };
         let count = started.chains.len() as u64;

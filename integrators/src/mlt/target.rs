@@ -9,7 +9,9 @@ use super::mutator::Mutator;
 use super::path::MltPath;
 use super::start::Seeds;
 use super::{codec, start};
-use crate::chain::{ChainTarget, ImageWeight, Proposal, Reader, Writer};
+use crate::chain::{
+    Candidate, Candidates, ChainTarget, ImageWeight, Proposal, Reader, Writer, film_key,
+};
 
 /// Samples of the pilot image of a two-stage target.
 const PILOT: u64 = 20_000;
@@ -92,6 +94,13 @@ impl ChainTarget for PathChain {
 
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(MltPath, f64)> {
         start::start(scene, &self.seeds, &self.image, u)
+    }
+
+    fn candidates(&self, scene: &Scene, u: &mut RandomStream, found: &mut Candidates) {
+        if let Some((x, weight)) = self.bootstrap(scene, u) {
+            let key = film_key(scene, x.length() as u16, x.film());
+            found.add(Candidate { weight, key, index: 0 });
+        }
     }
 
     /// a = min(1, f*(ȳ) P(ȳ) T(ȳ→x̄) / (f*(x̄) P(x̄) T(x̄→ȳ))) with P(x̄) the probability of the mutation among those that

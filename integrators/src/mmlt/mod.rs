@@ -3,6 +3,9 @@
 //! A chain of path length k walks the primary sample space of bidirectional path tracing with one coordinate more, that selects the technique
 //! (s, t), s + t = k + 1. One point is one path, by one technique; its contribution n_k w_{s,t} f/p_{s,t}, with n_k the number of
 //! techniques, has the same integral as all techniques together. The chain finds techniques in proportion to what they contribute.
+//!
+//! The bootstrap does not draw one technique at a time, as the paper does: it makes every technique of a pair of subpaths ([`Bdpt::estimate_every`]), each of which
+//! is a point of one of these spaces. b̂ then has the variance of bidirectional path tracing instead of one many times as large.
 
 use std::sync::Arc;
 
@@ -13,9 +16,9 @@ use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{PathRecord, Technique};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream, coordinate_between};
 
-use crate::bdpt::Bdpt;
-use crate::chain::{ChainRun, ImageWeight};
-use crate::primary::{Integrand, PrimaryOptions, PrimaryTarget};
+use crate::bdpt::{Bdpt, TechniqueNumbers};
+use crate::chain::{Candidate, Candidates, ChainRun, ImageWeight, film_key};
+use crate::primary::{Integrand, PrimaryOptions, PrimaryTarget, StartNumbers};
 use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
@@ -32,8 +35,8 @@ pub struct Mmlt {
 }
 
 impl Mmlt {
-    /// From options: `heuristic`, `s`, `t`, `max_depth`; `continue`, the ratio of the probabilities of lengths k + 1 and k in the bootstrap; `lengths` = chain
-    /// | step, whether a large step draws the length anew; `mis`, which needs that; and those of [`PrimaryOptions::from_options`].
+    /// From options: `heuristic`, `s`, `t`, `max_depth`; `lengths` = chain | step, whether a large step draws the length anew, and
+    /// `continue`, the ratio of the probabilities of lengths k + 1 and k then; `mis`, which needs that; and those of [`PrimaryOptions::from_options`].
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -154,12 +157,55 @@ impl Integrand for Multiplexed {
         self.bdpt.estimate_technique(scene, technique, u, &mut sink);
     }
 
+    /// Every technique of one pair of subpaths, one candidate for each length.
+    fn candidates(
+        &self,
+        scene: &Scene,
+        u: &mut RandomStream,
+        scalar: impl Fn(&Contribution) -> f64,
+        found: &mut Candidates,
+    ) {
+        if self.bdpt.max_length == Some(0) {
+            return;
+        }
+        let (seed, _) = pair(u);
+        self.bdpt.estimate_every(scene, seed, |c, survival| {
+            let (k, s) = (c.length(), c.s);
+            let candidate = Candidate {
+                weight: scalar(&c) / survival,
+                key: film_key(scene, k, c.film),
+                index: u32::from(k) << 16 | u32::from(s),
+            };
+            found.merge(candidate, u.next());
+        });
+    }
+
+    fn start<'a>(
+        &self,
+        scene: &Scene,
+        u: &'a mut RandomStream,
+        index: u32,
+    ) -> (u16, StartNumbers<'a>) {
+        let (seed, select) = pair(u);
+        let (k, s) = ((index >> 16) as u16, (index & 0xffff) as usize);
+        let technique = Technique::new(s, usize::from(k) + 1 - s);
+        let selector = Multiplexed::select(scene, k, s, select).unwrap_or(0.0);
+        let numbers = TechniqueNumbers::new(seed, technique, selector);
+        (k, StartNumbers::Technique(Box::new(numbers)))
+    }
+
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight {
         // Without a given length walks need roulette.
         let mut bdpt = self.bdpt.clone();
         bdpt.roulette = true;
         ImageWeight::pilot(scene, &bdpt, seed, samples)
     }
+}
+
+/// A pair of subpaths, by 48 bits, and the number that places the selector of a start within its technique.
+fn pair(u: &mut RandomStream) -> (u64, f32) {
+    let mut bits = || (f64::from(u.next()) * f64::from(1 << 24)) as u64;
+    (bits() << 24 | bits(), u.next())
 }
 
 /// Multiplies values by the inverse probability of the technique.

@@ -8,7 +8,11 @@ use rayon::prelude::*;
 
 use super::state::{PrimaryPoint, PrimaryState};
 use super::{Kernel, Moving, Place, PrimaryVector, Recorder};
-use crate::chain::{ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer};
+use crate::bdpt::TechniqueNumbers;
+use crate::chain::{
+    Candidate, Candidates, ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer,
+    film_key,
+};
 use crate::spec::{Options, SpecError};
 
 /// An integrand on one or several cubes [0, 1)^∞, called parts (path lengths, say).
@@ -28,6 +32,37 @@ pub trait Integrand: Send + Sync + 'static {
         sink: &mut S,
     );
 
+    /// The candidates of a bootstrap sample, by the f* of their contributions (NaN where one is not finite). Here: one point of one part.
+    fn candidates(
+        &self,
+        scene: &Scene,
+        u: &mut RandomStream,
+        scalar: impl Fn(&Contribution) -> f64,
+        found: &mut Candidates,
+    ) {
+        let (part, probability) = self.part(u);
+        let mut list = Vec::new();
+        self.evaluate(scene, part, u, &mut List(&mut list));
+        let of = |c: &&Contribution| scalar(c);
+        let all: f64 = list.iter().map(|c| of(&c)).sum();
+        let w = mutant::swap(Mutant::OtherLengths, all, |_| {
+            list.iter().filter(|c| c.length() > 2).map(|c| of(&c)).sum()
+        });
+        let film = list.first().map_or(glam::Vec2::ZERO, |c| c.film);
+        let key = film_key(scene, part, film);
+        found.add(Candidate { weight: w / probability, key, index: 0 });
+    }
+
+    /// The part and the numbers of a candidate, by those of its sample.
+    fn start<'a>(
+        &self,
+        _scene: &Scene,
+        u: &'a mut RandomStream,
+        _index: u32,
+    ) -> (u16, StartNumbers<'a>) {
+        (self.part(u).0, StartNumbers::Stream(u))
+    }
+
     /// A coordinate that small steps leave alone because jumps change it; `None` for an integrand without jumps.
     fn held(&self) -> Option<(Stream, usize)> {
         None
@@ -46,6 +81,31 @@ pub trait Integrand: Send + Sync + 'static {
 
     /// An image for the two-stage target.
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight;
+}
+
+/// The numbers that a start is made again from ([`Integrand::start`]).
+#[derive(Debug)]
+pub enum StartNumbers<'a> {
+    /// One stream for all purposes.
+    Stream(&'a mut RandomStream),
+    /// Those of one technique.
+    Technique(Box<TechniqueNumbers>),
+}
+
+impl PrimarySample for StartNumbers<'_> {
+    fn next(&mut self) -> f32 {
+        match self {
+            StartNumbers::Stream(u) => u.next(),
+            StartNumbers::Technique(u) => u.next(),
+        }
+    }
+
+    fn stream(&mut self, stream: Stream) {
+        match self {
+            StartNumbers::Stream(u) => u.stream(stream),
+            StartNumbers::Technique(u) => u.stream(stream),
+        }
+    }
 }
 
 /// What came of a jump ([`Integrand::jump`]).
@@ -143,6 +203,15 @@ impl<I: Integrand> PrimaryTarget<I> {
         into: (&mut Vec<Contribution>, &mut f64),
     ) -> Option<Contribution> {
         self.collect(into, |sink| self.integrand.evaluate(scene, part, u, sink))
+    }
+
+    /// f* of one contribution; NaN where it is not finite.
+    fn scalar(&self, c: &Contribution) -> f64 {
+        if !(c.value.is_finite() && c.film.is_finite()) {
+            return f64::NAN;
+        }
+        let scalar = ImageWeight::luminance(c);
+        self.image.as_ref().map_or(scalar, |image| scalar * image.at(c.film))
     }
 
     /// Sums f* of the contributions that `emit` makes.
@@ -309,7 +378,9 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
                 .map(|batch| {
                     let weight = |item| {
                         let mut u = RandomStream::new(Address { seed, step: 0, item });
-                        target.bootstrap(scene, &mut u).map_or(0.0, |(_, w)| w)
+                        let mut found = Candidates::default();
+                        target.candidates(scene, &mut u, &mut found);
+                        found.total()
                     };
                     let finite = |w: &f64| w.is_finite();
                     (batch * 64..(batch + 1) * 64).map(weight).filter(finite).sum()
@@ -319,31 +390,26 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
         }
     }
 
+    /// One of the candidates, in proportion to W.
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(PrimaryState, f64)> {
-        let (part, probability) = self.integrand.part(u);
-        let mut point = Box::new(PrimaryPoint { part, ..PrimaryPoint::default() });
-        let mut recorder = Recorder::new(&mut point.vector, u);
-        let into = (&mut point.contributions, &mut point.f);
-        let fault = self.evaluate(scene, part, &mut recorder, into);
-        let w = if fault.is_some() { f64::NAN } else { point.f / probability };
-        let w = mutant::swap(Mutant::OtherLengths, w, |w| {
-            let of = |c: &Contribution| f64::from(c.value.mean());
-            let longer = point.contributions.iter().filter(|c| c.length() > 2).map(of);
-            w * longer.sum::<f64>() / point.contributions.iter().map(of).sum::<f64>()
-        });
-        (w != 0.0).then(|| (PrimaryState { point, place: Place::default(), spare: None }, w))
+        let mut again = u.clone();
+        let mut found = Candidates::default();
+        self.candidates(scene, u, &mut found);
+        let w = found.total();
+        let picked = found.pick(u.next())?;
+        self.start(scene, &mut again, picked.index).map(|x| (x, w))
     }
 
-    /// Part first, then the cell of a Z-order curve over the film.
-    fn key(&self, scene: &Scene, x: &PrimaryState) -> u64 {
-        let crop = scene.film().crop;
-        let film = x.point.contributions.first().map_or(glam::Vec2::ZERO, |c| c.film);
-        let at = |v: f32, origin: u32, size: u32| {
-            ((v - origin as f32) / size as f32 * 65_536.0).clamp(0.0, 65_535.0) as u64
-        };
-        let (h, v) = (at(film.x, crop.x, crop.width), at(film.y, crop.y, crop.height));
-        let spread = |n: u64| (0..16).fold(0, |sum, bit| sum | (n >> bit & 1) << (2 * bit));
-        u64::from(x.point.part) << 32 | spread(h) | spread(v) << 1
+    fn candidates(&self, scene: &Scene, u: &mut RandomStream, found: &mut Candidates) {
+        self.integrand.candidates(scene, u, |c| self.scalar(c), found);
+    }
+
+    fn start(&self, scene: &Scene, u: &mut RandomStream, index: u32) -> Option<PrimaryState> {
+        let (part, mut numbers) = self.integrand.start(scene, u, index);
+        let mut point = Box::new(PrimaryPoint { part, ..PrimaryPoint::default() });
+        let mut recorder = Recorder::new(&mut point.vector, &mut numbers);
+        self.evaluate(scene, part, &mut recorder, (&mut point.contributions, &mut point.f));
+        Some(PrimaryState { point, place: Place::default(), spare: None })
     }
 
     fn place(&self, x: &mut PrimaryState, scene: &Scene, chain: u64, chains: u64, seed: u64) {
@@ -388,6 +454,15 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
 
     fn decode(&self, _: &Scene, r: &mut Reader<'_>) -> Option<PrimaryState> {
         PrimaryState::decode(r)
+    }
+}
+
+/// Keeps contributions.
+struct List<'a>(&'a mut Vec<Contribution>);
+
+impl Sink for List<'_> {
+    fn add(&mut self, c: Contribution) {
+        self.0.push(c);
     }
 }
 

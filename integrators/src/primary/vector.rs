@@ -124,7 +124,7 @@ impl PrimaryVector {
     }
 }
 
-fn uniform(u: &mut RandomStream) -> u32 {
+fn uniform(u: &mut impl PrimarySample) -> u32 {
     (u.next() as f64 * GRID) as u32
 }
 
@@ -133,20 +133,20 @@ fn to_unit(value: u32) -> f32 {
 }
 
 /// Reads fresh uniform numbers and keeps them: the bootstrap.
-pub struct Recorder<'a> {
+pub struct Recorder<'a, U> {
     vector: &'a mut PrimaryVector,
-    u: &'a mut RandomStream,
+    u: &'a mut U,
     stream: usize,
 }
 
-impl<'a> Recorder<'a> {
+impl<'a, U: PrimarySample> Recorder<'a, U> {
     /// Records into an empty vector.
-    pub fn new(vector: &'a mut PrimaryVector, u: &'a mut RandomStream) -> Self {
+    pub fn new(vector: &'a mut PrimaryVector, u: &'a mut U) -> Self {
         Recorder { vector, u, stream: 0 }
     }
 }
 
-impl PrimarySample for Recorder<'_> {
+impl<U: PrimarySample> PrimarySample for Recorder<'_, U> {
     #[inline]
     fn next(&mut self) -> f32 {
         let value = uniform(self.u);
@@ -157,6 +157,7 @@ impl PrimarySample for Recorder<'_> {
     #[inline]
     fn stream(&mut self, stream: Stream) {
         self.stream = stream as usize;
+        self.u.stream(stream);
     }
 }
 

@@ -36,13 +36,15 @@ mod jump;
 use std::sync::Arc;
 
 use pathspace_core::Scene;
-use pathspace_core::film::{Families, Sink};
+use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
-use crate::chain::{ChainRun, ImageWeight};
+use crate::chain::{Candidates, ChainRun, ImageWeight};
 use crate::mmlt::{Mmlt, Multiplexed};
-use crate::primary::{Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector};
+use crate::primary::{
+    Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector, StartNumbers,
+};
 use crate::spec::{Defaults, Spec, SpecError};
 
 pub use jump::{RELATIVE, TOLERANCE};
@@ -119,6 +121,25 @@ impl Integrand for Reversible {
 
     fn evaluate<U: PrimarySample, S: Sink>(&self, scene: &Scene, k: u16, u: &mut U, sink: &mut S) {
         self.0.evaluate(scene, k, u, sink);
+    }
+
+    fn candidates(
+        &self,
+        scene: &Scene,
+        u: &mut RandomStream,
+        scalar: impl Fn(&Contribution) -> f64,
+        found: &mut Candidates,
+    ) {
+        self.0.candidates(scene, u, scalar, found);
+    }
+
+    fn start<'a>(
+        &self,
+        scene: &Scene,
+        u: &'a mut RandomStream,
+        index: u32,
+    ) -> (u16, StartNumbers<'a>) {
+        self.0.start(scene, u, index)
     }
 
     fn held(&self) -> Option<(Stream, usize)> {

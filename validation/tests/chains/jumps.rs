@@ -25,7 +25,7 @@ fn rjmlt() -> Rjmlt {
     Rjmlt::from_spec(&"rjmlt:continue=0.7".parse().unwrap(), &Defaults { rules }).unwrap()
 }
 
-fn scenes() -> Vec<(String, Scene)> {
+pub(super) fn scenes() -> Vec<(String, Scene)> {
     let mut scenes: Vec<_> =
         models::all().into_iter().map(|(name, scene)| (name.to_owned(), scene)).collect();
     for name in ["glass-egg", "water-pool", "mis-plates"] {

@@ -3,4 +3,5 @@
 mod answers;
 mod invariance;
 mod jumps;
+mod starts;
 mod toy;

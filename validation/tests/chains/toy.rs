@@ -241,6 +241,23 @@ fn resumed_chains_go_on_to_the_bit_and_bad_bytes_are_refused() {
 }
 
 #[test]
+fn preparing_takes_the_bootstrap_out_of_the_first_step() {
+    let (toy, scene) = (Toy::new(), scene());
+    let options = ChainOptions { chains: 3, bootstrap: 50, refine: false };
+    let (mut plain, mut prepared) = (film(), film());
+    run(&scene, &toy, 1, options, &State::default()).step(&mut plain);
+    let mut second = run(&scene, &toy, 1, options, &State::default());
+    assert!(second.normalisation().is_none());
+    second.prepare(&mut prepared);
+    let b = second.normalisation();
+    assert!(b.is_some() && prepared.samples() == 0);
+    second.prepare(&mut prepared);
+    second.step(&mut prepared);
+    assert_eq!(second.normalisation(), b);
+    assert_eq!(plain.sums(), prepared.sums());
+}
+
+#[test]
 fn where_nothing_shines_the_film_stays_black() {
     let (mut toy, scene) = (Toy::new(), scene());
     toy.f = [0.0; N];
