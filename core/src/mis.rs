@@ -161,6 +161,43 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_those_of_the_published_formulas() {
+        let half = Heuristic::Cutoff { alpha: 0.5 };
+        for (h, p, expected) in [
+            (Heuristic::Balance, [1.0, 2.0, 4.0], [1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0]),
+            (Heuristic::Power { beta: 2.0 }, [1.0, 2.0, 4.0], [1.0, 4.0, 16.0].map(|w| w / 21.0)),
+            (Heuristic::Power { beta: 3.0 }, [1.0, 2.0, 4.0], [1.0, 8.0, 64.0].map(|w| w / 73.0)),
+            // Half of the largest is not below it.
+            (half, [1.0, 2.0, 4.0], [0.0, 1.0 / 3.0, 2.0 / 3.0]),
+            (Heuristic::Maximum, [1.0, 2.0, 4.0], [0.0, 0.0, 1.0]),
+            (Heuristic::Maximum, [4.0, 1.0, 4.0], [0.5, 0.0, 0.5]),
+            (Heuristic::Uniform, [1.0, 2.0, 4.0], [1.0 / 3.0; 3]),
+            (Heuristic::Uniform, [1.0, 0.0, 4.0], [0.5, 0.0, 0.5]),
+        ] {
+            for (i, expected) in expected.into_iter().enumerate() {
+                let w = h.weight(i, &p);
+                assert!((w - expected).abs() < 1e-15, "{h}, {p:?}, technique {i}: {w}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_technique_has_a_weight_where_none_has_a_density() {
+        for h in ALL {
+            assert_eq!(h.weight(0, &[0.0, 0.0]), 0.0, "{h}");
+            assert_eq!(h.weight2(0.0, 0.0), 0.0, "{h}");
+            assert_eq!(h.weight_ln(1, &[None, None]), 0.0, "{h}");
+        }
+    }
+
+    #[test]
+    fn heuristics_of_ones_own_are_equal_by_name() {
+        let root = Heuristic::custom("root", f64::sqrt);
+        assert_eq!(root, Heuristic::custom("root", |r| r));
+        assert_ne!(root, Heuristic::custom("cube", f64::sqrt));
+    }
+
+    #[test]
     fn two_technique_form_equals_general_form() {
         for h in ALL {
             for (a, b) in [(1.0, 2.0), (3.0, 0.0), (1e-200, 1e200), (4.0, 4.0), (0.0, 1.0)] {

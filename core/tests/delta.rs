@@ -17,7 +17,7 @@ const NORMALS: [DVec3; 3] =
 const IOR: f64 = 1.7;
 
 /// A triangle at z = 0 with those normals.
-fn scene(kind: MaterialKind) -> Scene {
+pub fn scene(kind: MaterialKind) -> Scene {
     let mesh = MeshData {
         positions: CORNERS.iter().map(|c| c.extend(0.0).as_vec3().to_array()).collect(),
         normals: NORMALS.iter().map(|n| n.normalize().as_vec3().to_array()).collect(),

@@ -9,4 +9,7 @@ mod delta;
 mod emitters;
 mod geometry;
 mod inverses;
+mod measure;
+mod paths;
+mod scatter;
 mod sensor;
