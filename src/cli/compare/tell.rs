@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use anyhow::Result;
-use pathspace_benches::compare::{Comparison, PairSummary};
+use pathspace_benches::compare::{Comparison, IntegratorSummary, PairSummary};
 use pathspace_benches::results::{Overall, SceneResults};
 use pathspace_validation::pairs::LengthSummary;
-use pathspace_validation::stats::Reason;
+use pathspace_validation::stats::{Reason, Rule};
 use serde::Serialize;
 
 use super::super::table::{Table, figure, p_value, percent};
@@ -27,7 +27,7 @@ pub(super) struct Report<'a> {
     pub(super) version: &'a str,
 }
 
-/// The tables of one scene.
+/// The tables of one scene: each pair, then speed and error of all, then all verdicts at a glance.
 pub(super) fn tell(
     report: &Report<'_>,
     against_reference: bool,
@@ -38,14 +38,27 @@ pub(super) fn tell(
     }
     writeln!(
         out,
-        "{}: {}×{}, {} replicates of each integrator, seed {}, {} threads\n",
+        "{}: {}×{}, {} replicates of each integrator, seed {}, {} threads",
         report.scene, report.width, report.height, report.replicates, report.seed, report.threads
     )?;
+    for pair in &report.comparison.pairs {
+        tell_pair(pair, out)?;
+    }
+    writeln!(out)?;
+    tell_speed(&report.comparison.integrators, against_reference, out)?;
+    tell_verdicts(report.comparison, out)
+}
+
+fn tell_speed(
+    integrators: &[IntegratorSummary],
+    against_reference: bool,
+    out: &mut dyn Write,
+) -> Result<()> {
     let mut table = Table::new(
         &["integrator", "spp", "seconds", "cpu s", "MSE", "relMSE", "efficiency", "Mrays/s"],
         &[0],
     );
-    for i in &report.comparison.integrators {
+    for i in integrators {
         table.row(vec![
             i.integrator.clone(),
             figure(i.spp),
@@ -69,16 +82,47 @@ pub(super) fn tell(
         "Figures of one replicate. MSE is {error}, averaged over the pixels of all that the\n\
          integrator can make; efficiency is 1/(MSE·seconds)."
     )?;
-    let slow: Vec<String> = (report.comparison.integrators.iter())
+    let slow: Vec<String> = (integrators.iter())
         .filter(|i| i.startup_seconds > 0.0)
         .map(|i| format!("{} {} s", i.integrator, figure(i.startup_seconds)))
         .collect();
     if !slow.is_empty() {
         writeln!(out, "Loading and compiling, not counted: {}.", slow.join(", "))?;
     }
-    for pair in &report.comparison.pairs {
-        tell_pair(pair, out)?;
+    Ok(())
+}
+
+/// The verdict on every pair with the detectable bias of the image, where there are so many pairs that they are not seen together.
+fn tell_verdicts(comparison: &Comparison, out: &mut dyn Write) -> Result<()> {
+    let names: Vec<&str> = comparison.integrators.iter().map(|i| i.integrator.as_str()).collect();
+    if names.len() < 3 {
+        return Ok(());
     }
+    let cell = |a: &str, b: &str| {
+        let pair = comparison.pairs.iter().map(|p| &p.judgement);
+        let mut pair = pair.filter(|p| (p.a == a && p.b == b) || (p.a == b && p.b == a));
+        let Some(pair) = pair.next() else { return String::new() };
+        let mark = match pair.verdict.as_str() {
+            "agree" => "=",
+            "differ" => "DIFFER",
+            _ => "?",
+        };
+        format!("{mark} {}", percent(pair.image.mdb))
+    };
+    writeln!(
+        out,
+        "\nVerdicts with the detectable bias of the image: = agree, ? inconclusive (nothing\n\
+         differs, but a bias of more than {} could hide).\n",
+        percent(Rule::default().mdb_limit)
+    )?;
+    let last = names.len() - 1;
+    let heading: Vec<&str> = std::iter::once("").chain(names[..last].iter().copied()).collect();
+    let mut table = Table::new(&heading, &[0]);
+    for (i, row) in names.iter().enumerate().skip(1) {
+        let cells = names[..i].iter().map(|column| cell(row, column));
+        table.row(std::iter::once((*row).to_owned()).chain(cells).collect());
+    }
+    table.write("", out)?;
     Ok(())
 }
 
