@@ -191,6 +191,13 @@ mod tests {
     }
 
     #[test]
+    fn a_technique_that_can_not_make_the_path_takes_no_part_whatever_g_is() {
+        let equal = Heuristic::custom("equal", |_| 1.0);
+        assert_eq!(equal.weight(0, &[3.0, 0.0, 1.0]), 0.5);
+        assert_eq!(equal.weight2(3.0, 0.0), 1.0);
+    }
+
+    #[test]
     fn heuristics_of_ones_own_are_equal_by_name() {
         let root = Heuristic::custom("root", f64::sqrt);
         assert_eq!(root, Heuristic::custom("root", |r| r));
