@@ -25,7 +25,9 @@ const FLOOR: DVec3 = DVec3::new(-0.5, 0.3, 0.0);
 const WALL: DVec3 = DVec3::new(-2.0, -0.2, 0.9);
 /// Materials of the scene.
 const DIFFUSE: u32 = 0;
-const MIRROR: u32 = 1;
+/// Diffuse in front and a mirror behind, and the other way round.
+const DIFFUSE_FRONT: u32 = 1;
+const MIRROR_FRONT: u32 = 2;
 /// Emitters, in the order of shapes, then of the others.
 const AREA: u32 = 0;
 const SPOT: u32 = 1;
@@ -54,6 +56,11 @@ fn scene(aperture_radius: f64) -> Scene {
         k: Rgb::WHITE,
         specular_reflectance: Rgb::grey(0.5),
     };
+    let diffuse = MaterialKind::Diffuse { reflectance };
+    let two_sided = |front: &MaterialKind, back: &MaterialKind| MaterialKind::TwoSided {
+        front: Box::new(front.clone()),
+        back: Box::new(back.clone()),
+    };
     let material = |name: &str, kind: MaterialKind| MaterialDescription { name: name.into(), kind };
     // Towards −x, +z up.
     let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X);
@@ -65,8 +72,9 @@ fn scene(aperture_radius: f64) -> Scene {
             shape("lamp", sphere, DAffine3::IDENTITY, Some(Rgb::new(1.0, 2.0, 3.0))),
         ],
         materials: vec![
-            material("diffuse", MaterialKind::Diffuse { reflectance }),
-            material("mirror", mirror),
+            material("diffuse", diffuse.clone()),
+            material("diffuse front", two_sided(&diffuse, &mirror)),
+            material("mirror front", two_sided(&mirror, &diffuse)),
         ],
         emitters: vec![
             EmitterDescription::Point { position: POINT, intensity: Rgb::grey(0.7) },
@@ -308,7 +316,7 @@ fn techniques_need_ends_that_spread_and_starts_that_can_be_hit() {
                 let spreads: Vec<bool> = (0..inner).map(|i| pattern >> i & 1 == 1).collect();
                 let mut vertices = vec![start(&scene, emitter)];
                 for (i, spreads) in spreads.iter().enumerate() {
-                    let material = if *spreads { DIFFUSE } else { MIRROR };
+                    let material = if *spreads { DIFFUSE_FRONT } else { MIRROR_FRONT };
                     vertices.push(if i % 2 == 0 {
                         surface(&scene, FLOOR + DVec3::X * 0.1 * i as f64, DVec3::Z, material)
                     } else {
