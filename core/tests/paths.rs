@@ -391,3 +391,29 @@ fn a_start_that_emits_nothing_is_never_hit() {
     let alone = Path { vertices: vec![lens(&scene)] };
     assert!(!samplable(&scene, &alone, Technique::new(0, 1), &rules));
 }
+
+#[test]
+fn a_vertex_is_seen_in_the_direction_of_its_position() {
+    let scene = scene(0.0);
+    let from = Vec3::new(0.1, -0.3, 0.2);
+    let floor = surface(&scene, FLOOR, DVec3::Z, DIFFUSE);
+    for vertex in [floor, start(&scene, SPOT), lens(&scene)] {
+        let to = (vertex.position().unwrap() - from).normalize();
+        assert!(vertex.direction_from(from).distance(to) < 1e-6, "{vertex:?}");
+    }
+    let sky = start(&scene, SKY);
+    assert!(sky.position().is_none());
+    assert_eq!(sky.direction_from(from), Vec3::new(-0.3, 0.2, 1.0).normalize());
+}
+
+#[test]
+fn vertices_name_their_emitter_and_their_surface() {
+    let scene = scene(0.0);
+    for emitter in [AREA, SPOT, SUN, SKY] {
+        let vertex = start(&scene, emitter);
+        assert_eq!(vertex.emitter(), Some(emitter));
+        assert_eq!(vertex.surface().is_some(), emitter == AREA);
+    }
+    assert_eq!(surface(&scene, FLOOR, DVec3::Z, DIFFUSE).emitter(), None);
+    assert_eq!(lens(&scene).emitter(), None);
+}
