@@ -6,8 +6,10 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::description::*;
+use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::Families;
 use pathspace_core::math::Ray;
+use pathspace_core::measure::Density;
 use pathspace_core::path::{
     Path, Technique, Vertex, WalkClass, WalkRules, contribution, families, ln_density, samplable,
 };
@@ -416,4 +418,46 @@ fn vertices_name_their_emitter_and_their_surface() {
     }
     assert_eq!(surface(&scene, FLOOR, DVec3::Z, DIFFUSE).emitter(), None);
     assert_eq!(lens(&scene).emitter(), None);
+}
+
+#[test]
+fn a_light_walk_begins_with_the_power_of_its_emitter() {
+    let scene = scene(0.0);
+    let scale = scene.normalisation().scale;
+    let r = LAMP_RADIUS * scale;
+    let disk = PI * (SCENE_RADIUS as f64).powi(2);
+    for emitter in [AREA, SPOT, SUN, SKY] {
+        let pick = scene.emitters().invert_pick(emitter, 0.5).unwrap();
+        let mut sample = scene.sample_emission(pick, [0.3, 0.6], [0.2, 0.7]).unwrap();
+        assert_eq!(sample.emitter, emitter);
+        let power = match emitter {
+            AREA => 2.0 * PI * 4.0 * PI * r * r,
+            SPOT => 0.7 * scale * scale * 4.0 * PI,
+            SUN => 1.3 * disk,
+            _ => 0.9 * 4.0 * PI * disk,
+        };
+        let mass = scene.emitters().mass(emitter).value();
+        near(sample.throughput().g as f64 * mass, power, &emitter);
+        // In the surface itself cosine and density are both 0.
+        sample.cos = 0.0;
+        sample.next = NextDensity::Direction(Density::ZERO);
+        assert!(sample.throughput().is_black());
+    }
+}
+
+#[test]
+fn the_far_side_of_a_round_lamp_has_no_density() {
+    let scene = scene(0.0);
+    let toward = (FLOOR - LAMP).normalize();
+    let density = |n: DVec3| {
+        let vertex = surface(&scene, LAMP + LAMP_RADIUS * n, n, DIFFUSE);
+        scene.pdf_direct(inside(&scene, FLOOR), &vertex).value()
+    };
+    assert!(density(toward) > 0.0);
+    // Seen from the floor the limb is at cos θ = 0.25/1.76 on the lamp.
+    let across = toward.any_orthonormal_vector();
+    let at = |cos: f64| toward * cos + across * (1.0 - cos * cos).sqrt();
+    assert!(density(at(0.2)) > 0.0);
+    assert_eq!(density(at(0.1)), 0.0);
+    assert_eq!(density(-toward), 0.0);
 }
