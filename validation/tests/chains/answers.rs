@@ -139,6 +139,9 @@ const EXACT: [&str; 8] = [
     "emitter behind a slab",
 ];
 
+/// Steps of every replicate: most of the work is the bootstrap, which a pilot would do twice.
+const STEPS: u64 = 16;
+
 fn exact_answers(spec: &str, seed: u64, mdb: f64) {
     let mut cells = Vec::new();
     for (index, mut scene) in exact::all().into_iter().enumerate() {
@@ -147,7 +150,7 @@ fn exact_answers(spec: &str, seed: u64, mdb: f64) {
         }
         scene.expected.retain(|e| e.length.is_none_or(|k| k <= 3));
         let seed = derive_seed(seed, index as u64);
-        let plan = Plan { replicates: 32, pilot: 3, most: 24, mdb, seed, ..Plan::default() };
+        let plan = Plan { replicates: 32, pilot: STEPS, most: STEPS, mdb, seed, ..Plan::default() };
         measure_as(&scene, spec, &plan, &mut cells);
     }
     judge(&cells, mdb);

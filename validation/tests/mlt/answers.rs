@@ -17,7 +17,7 @@ const SCENES: [&str; 7] = [
 ];
 
 /// Measures the scenes with one integrator: half of its work is the bootstrap, b̂ carries the error of the whole image.
-fn suite(spec: &str, replicates: usize, most: u64, mdb: f64) {
+fn suite(spec: &str, replicates: usize, steps: u64, mdb: f64) {
     let mut cells = Vec::new();
     for (index, mut scene) in exact::all().into_iter().enumerate() {
         if !SCENES.contains(&scene.name) {
@@ -26,7 +26,7 @@ fn suite(spec: &str, replicates: usize, most: u64, mdb: f64) {
         // Rare lengths of one chain need more mutations than a test has.
         scene.expected.retain(|e| e.length.is_none_or(|k| k <= 3));
         let seed = derive_seed(8, index as u64);
-        let plan = Plan { replicates, pilot: 6, most, mdb, seed, ..Plan::default() };
+        let plan = Plan { replicates, pilot: steps, most: steps, mdb, seed, ..Plan::default() };
         measure_as(&scene, spec, &plan, &mut cells);
     }
     judge(&cells, mdb);
