@@ -6,6 +6,7 @@ use glam::DVec3;
 use pathspace_core::description::{EmitterDescription, FilmDescription};
 use pathspace_core::film::{Families, Film, Layers};
 use pathspace_core::path::WalkRules;
+use pathspace_core::scene::Chart;
 use pathspace_core::{Rgb, Scene};
 use pathspace_integrators::radiosity::{
     Settings, Solution, SolveError, System, factors, traced_row,
@@ -211,6 +212,29 @@ fn the_integrator_gives_the_exact_answers_of_enclosures() {
         let report = exact::measure(&scene, &*integrator, &plan, &CompareConfig::default());
         let report = report.expect("a diffuse scene");
         assert_eq!(report.verdict, Verdict::Agree, "{}: {:#?}", scene.name, report.cells);
+    }
+}
+
+/// Else the mean of a cell of the ceiling would be over what the lamp hides and what it does not.
+#[test]
+fn no_element_reaches_under_the_outline_of_a_lamp_close_to_it() {
+    let scene = built("cornell-box");
+    let system = System::new(&scene, &coarse(200)).expect("a diffuse box");
+    let (charts, mesh) = (scene.charts(), &system.mesh);
+    let lamp = mesh.elements.iter().find(|e| e.emission.is_some()).expect("a lamp").chart;
+    let lamp = &charts[lamp as usize];
+    let onto = |chart: &Chart, p: DVec3| chart.position(chart.locate(p.as_vec3()));
+    let center = lamp.position([0.5; 2]);
+    let near = |chart: &&Chart| (1e-4..0.02).contains(&onto(chart, center).distance(center));
+    let ceiling = charts.iter().find(near).expect("a ceiling");
+    for side in [[0.0, 0.5], [1.0, 0.5], [0.5, 0.0], [0.5, 1.0]] {
+        let border = lamp.position(side);
+        let [inside, outside] = [0.01, -0.01].map(|step| {
+            let at = ceiling.locate((border + (center - border) * step).as_vec3());
+            let point = scene.chart_point(ceiling, at);
+            mesh.find(&point, (center - onto(ceiling, center)).as_vec3()).expect("an element")
+        });
+        assert_ne!(inside, outside, "{side:?}");
     }
 }
 

@@ -8,6 +8,7 @@ use pathspace_core::bsdf::{Bsdf, Opaque};
 use pathspace_core::color::Rgb;
 use pathspace_core::scene::{Chart, SurfacePoint};
 
+use super::grid::{Cell, Grid};
 use super::{Settings, SolveError};
 
 /// Marks a cell without element.
@@ -73,108 +74,6 @@ impl Element {
     }
 }
 
-/// A cell in chart coordinates: a rectangle, or a triangle in a triangular chart.
-#[derive(Clone, Copy, Debug)]
-enum Cell {
-    Square {
-        origin: [f64; 2],
-        size: [f64; 2],
-    },
-    /// Corner and signed edge length of a triangle similar to the chart, turned by half a turn where it is negative.
-    Triangle {
-        origin: [f64; 2],
-        size: f64,
-    },
-}
-
-impl Cell {
-    /// Chart coordinates of the point (x, y) of the unit square, equal areas to equal areas.
-    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        match *self {
-            Cell::Square { origin, size } => [origin[0] + x * size[0], origin[1] + y * size[1]],
-            Cell::Triangle { origin, size } => {
-                let r = x.sqrt();
-                [origin[0] + size * r * (1.0 - y), origin[1] + size * r * y]
-            }
-        }
-    }
-
-    fn corners(&self) -> Vec<[f64; 2]> {
-        match *self {
-            Cell::Square { origin: [x, y], size: [w, h] } => {
-                vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]]
-            }
-            Cell::Triangle { origin: [x, y], size } => {
-                vec![[x, y], [x + size, y], [x, y + size]]
-            }
-        }
-    }
-}
-
-/// How a chart is cut into cells.
-#[derive(Clone, Copy, Debug)]
-struct Grid {
-    /// Cells along u and v; along the edges for a triangle.
-    counts: [u32; 2],
-    triangle: bool,
-}
-
-impl Grid {
-    fn new(chart: &Chart, h: f64, halvings: u32) -> Self {
-        let count = |length: f64| (length / h).ceil().clamp(1.0, 1e6) as u32;
-        let [u, v] = chart.extent();
-        // A turn needs corners enough to be round.
-        let least = if chart.is_periodic() { 6 } else { 1 };
-        let counts = [count(u).max(least), count(v)];
-        let halved = |count: u32| u64::from(count).saturating_mul(1 << halvings.min(20));
-        let counts = counts.map(|count| halved(count).min(1 << 31) as u32);
-        Grid { counts, triangle: chart.is_triangle() }
-    }
-
-    fn len(&self) -> u64 {
-        u64::from(self.counts[0]) * u64::from(self.counts[1])
-    }
-
-    fn cells(&self) -> Vec<Cell> {
-        let [nu, nv] = self.counts;
-        let mut cells = Vec::with_capacity(self.len() as usize);
-        for j in 0..nv {
-            for i in 0..nu {
-                let (x, y) = (f64::from(i), f64::from(j));
-                if !self.triangle {
-                    let size = [1.0 / f64::from(nu), 1.0 / f64::from(nv)];
-                    cells.push(Cell::Square { origin: [x * size[0], y * size[1]], size });
-                    continue;
-                }
-                // Square (i, j) of the lower half holds an upright triangle and, but on the diagonal, one turned by half a
-                // turn; the squares above the diagonal hold the latter.
-                let size = 1.0 / f64::from(nu);
-                cells.push(if i + j < nu {
-                    Cell::Triangle { origin: [x * size, y * size], size }
-                } else {
-                    let (a, b) = (f64::from(nu - 1 - i), f64::from(nu - 1 - j));
-                    Cell::Triangle { origin: [(a + 1.0) * size, (b + 1.0) * size], size: -size }
-                });
-            }
-        }
-        cells
-    }
-
-    /// Number of the cell that holds a point of the chart.
-    fn find(&self, [u, v]: [f64; 2]) -> usize {
-        let [nu, nv] = self.counts;
-        let index = |x: f64, n: u32| ((x * f64::from(n)) as u32).min(n - 1);
-        let (i, j) = (index(u, nu), index(v, nv));
-        let at = |i: u32, j: u32| (j * nu + i) as usize;
-        if !self.triangle {
-            return at(i, j);
-        }
-        let rest = u * f64::from(nu) - f64::from(i) + v * f64::from(nu) - f64::from(j);
-        let turned = rest > 1.0 && i + j + 2 <= nu;
-        if turned { at(nu - 1 - i, nu - 1 - j) } else { at(i, j.min(nu - 1 - i.min(nu - 1))) }
-    }
-}
-
 /// All elements of a scene.
 pub struct Mesh {
     /// The elements.
@@ -199,7 +98,7 @@ impl Mesh {
         let charts = scene.charts();
         let h = settings.edge(scene);
         let grids: Vec<Grid> =
-            charts.iter().map(|chart| Grid::new(chart, h, settings.halvings)).collect();
+            charts.iter().map(|chart| Grid::new(chart, &charts, h, settings.halvings)).collect();
         let cells = grids.iter().map(Grid::len).fold(0, u64::saturating_add);
         if cells > most {
             return Err(SolveError::TooLarge { elements: cells, most });
@@ -231,9 +130,9 @@ impl Mesh {
             ))
         })?;
         let emission = any.emitter().map(|e| (e, scene.emitters().area_radiance(e)));
-        let area = chart.area() / grid.len() as f64;
         let mut of_cell = [Vec::new(), Vec::new()];
         for cell in grid.cells() {
+            let area = chart.area() * cell.share();
             let place = |x: u32| (f64::from(x) + 0.5) / f64::from(samples);
             let squares = (0..samples).flat_map(|i| (0..samples).map(move |j| (i, j)));
             let points: Vec<SurfacePoint> = squares

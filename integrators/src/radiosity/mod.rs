@@ -7,6 +7,7 @@
 //! | step | where |
 //! | --- | --- |
 //! | cells of all surfaces, a side each | [`elements`](Mesh) |
+//! | how they are cut | `grid` |
 //! | which parts light can reach | `open` |
 //! | form factors | [`factors`] |
 //! | form factors once more, by rays, to hold them to | [`traced_row`] |
@@ -18,6 +19,7 @@
 
 mod elements;
 pub mod factors;
+mod grid;
 mod open;
 pub mod sequence;
 mod solve;

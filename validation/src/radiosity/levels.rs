@@ -17,7 +17,7 @@ use crate::exact::{ExactLength, ExactScene};
 use crate::stats::{Moments, StatsError};
 
 /// Camera rays of one shift of the sequence that covers the film.
-const RAYS: u32 = 1 << 18;
+const RAYS: u32 = 1 << 19;
 /// Independent shifts, whose spread is the standard error.
 const SHIFTS: u32 = 16;
 /// Standard errors of the mean over the film that the uncertainty allows for: less than one in a hundred of Student's t with 15
