@@ -36,8 +36,9 @@ fn alone(
 fn every_technique_of_a_pair_is_made_again_alone_to_the_bit() {
     for spec in SPECS {
         let mmlt = mmlt(spec);
+        let mut thinned = 0;
         for (name, scene) in scenes() {
-            let (mut made, mut thinned) = (0, 0);
+            let mut made = 0;
             for seed in 0..400 {
                 mmlt.techniques.bdpt.estimate_every(&scene, seed, |c, survival| {
                     assert!(survival > 0.0 && survival <= 1.0, "{survival}");
@@ -52,8 +53,9 @@ fn every_technique_of_a_pair_is_made_again_alone_to_the_bit() {
                     thinned += u32::from(survival < 1.0);
                 });
             }
-            assert!(made > 50 && thinned > 0, "{name}, {spec}: {made} made, {thinned} thinned");
+            assert!(made > 50, "{name}, {spec}: {made} made");
         }
+        assert!(thinned > 100, "{spec}: {thinned} thinned");
     }
 }
 
