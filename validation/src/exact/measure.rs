@@ -130,12 +130,21 @@ impl Test<'_> {
     /// The steps that a pilot asks for, within what the plan allows.
     fn pilot(&self, plan: &Plan) -> Result<u64, ExactError> {
         let least = plan.pilot.clamp(1, plan.most.max(1));
-        if least >= plan.most {
+        if least >= plan.most || plan.replicates == 0 {
             return Ok(least);
         }
         let mut replicates = self.start(plan, derive_seed(plan.seed, u64::MAX))?;
-        // Chains begin with a bootstrap, which no later step pays for.
-        let first = expose(&mut replicates, 1);
+        // Chains begin with a bootstrap, which no later step pays for. Where such starts leave a pilot no room, the rays alone say how many steps there are.
+        let (one, others) = replicates.split_at_mut(1);
+        let start = expose(one, 1) as f64;
+        let count = plan.replicates as f64;
+        if count * start > PILOT_RAYS * plan.rays as f64 {
+            let step = expose(one, 1).max(1) as f64;
+            let more = (plan.rays as f64 - count * start) / (count * step);
+            // `as` saturates, and makes 0 of what is negative.
+            return Ok((more as u64).saturating_add(1).clamp(least, plan.most));
+        }
+        let first = start as u64 + expose(others, 1);
         let (mut steps, mut rays) = (1, 0);
         let mut more = least - 1;
         loop {
