@@ -176,7 +176,12 @@ pub fn hunts() -> Vec<Hunt> {
                 mirrored: true,
             },
         },
-        pair(Multiplexing, "cornell-box", ["bdpt", "mmlt:bootstrap=256,chains=16"], FEW),
+        pair(
+            Multiplexing,
+            "cornell-box",
+            ["bdpt", "mmlt:bootstrap=256,chains=16,lengths=step"],
+            FEW,
+        ),
         chain(ProposalAsymmetry, "cornell-box", Chain::PathSpace, 20_000),
         pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
         pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
