@@ -1,7 +1,7 @@
 //! Every technique of one pair of subpaths, such that each can be made again alone.
 //!
 //! A chain on the primary sample space of one technique (s, t) starts at numbers that [`Bdpt::estimate_technique`] turns into a path. Two subpaths
-//! give such numbers for all techniques at once, at little more than the cost of one. Densities know no roulette there, because s and t are given; walks
+//! give such numbers for all techniques at once. Densities know no roulette there, because s and t are given; walks
 //! that nothing ends are cut short by roulette all the same, as a matter of sampling: technique (s, t) of a pair exists with probability
 //! P = Π q over the scattering events of both walks, so that E Σ C/P is the sum of the integrals of all techniques.
 
