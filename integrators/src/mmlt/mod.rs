@@ -18,7 +18,7 @@ use pathspace_core::random::{PrimarySample, RandomStream, Stream, coordinate_bet
 
 use crate::bdpt::{Bdpt, TechniqueNumbers};
 use crate::chain::{Candidate, Candidates, ChainRun, ImageWeight, film_key};
-use crate::primary::{Integrand, PrimaryOptions, PrimaryTarget, StartNumbers};
+use crate::primary::{Integrand, PrimaryOptions, PrimaryTarget};
 use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
@@ -180,18 +180,19 @@ impl Integrand for Multiplexed {
         });
     }
 
-    fn start<'a>(
+    fn start(
         &self,
         scene: &Scene,
-        u: &'a mut RandomStream,
+        u: &mut RandomStream,
         index: u32,
-    ) -> (u16, StartNumbers<'a>) {
+    ) -> (u16, Box<dyn PrimarySample>) {
         let (seed, select) = pair(u);
         let (k, s) = ((index >> 16) as u16, (index & 0xffff) as usize);
         let technique = Technique::new(s, usize::from(k) + 1 - s);
+        // Every interval holds coordinates: techniques are far fewer than 2²⁴.
         let selector = Multiplexed::select(scene, k, s, select).unwrap_or(0.0);
         let numbers = TechniqueNumbers::new(seed, technique, selector);
-        (k, StartNumbers::Technique(Box::new(numbers)))
+        (k, Box::new(numbers))
     }
 
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight {

@@ -17,7 +17,7 @@ mod vector;
 pub use kernel::{Kernel, Perturbation};
 pub use state::{PrimaryPoint, PrimaryState};
 pub use stratify::Place;
-pub use target::{Integrand, Jump, KINDS, PrimaryOptions, PrimaryTarget, StartNumbers};
+pub use target::{Integrand, Jump, KINDS, PrimaryOptions, PrimaryTarget};
 pub use vector::{Moving, PrimaryVector, Reading, Recorder};
 
 use crate::spec::{Options, SpecError};

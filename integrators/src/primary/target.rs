@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::state::{PrimaryPoint, PrimaryState};
 use super::{Kernel, Moving, Place, PrimaryVector, Recorder};
-use crate::bdpt::TechniqueNumbers;
 use crate::chain::{
     Candidate, Candidates, ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer,
     film_key,
@@ -43,10 +42,9 @@ pub trait Integrand: Send + Sync + 'static {
         let (part, probability) = self.part(u);
         let mut list = Vec::new();
         self.evaluate(scene, part, u, &mut List(&mut list));
-        let of = |c: &&Contribution| scalar(c);
-        let all: f64 = list.iter().map(|c| of(&c)).sum();
+        let all: f64 = list.iter().map(&scalar).sum();
         let w = mutant::swap(Mutant::OtherLengths, all, |_| {
-            list.iter().filter(|c| c.length() > 2).map(|c| of(&c)).sum()
+            list.iter().filter(|c| c.length() > 2).map(&scalar).sum()
         });
         let film = list.first().map_or(glam::Vec2::ZERO, |c| c.film);
         let key = film_key(scene, part, film);
@@ -54,13 +52,13 @@ pub trait Integrand: Send + Sync + 'static {
     }
 
     /// The part and the numbers of a candidate, by those of its sample.
-    fn start<'a>(
+    fn start(
         &self,
         _scene: &Scene,
-        u: &'a mut RandomStream,
+        u: &mut RandomStream,
         _index: u32,
-    ) -> (u16, StartNumbers<'a>) {
-        (self.part(u).0, StartNumbers::Stream(u))
+    ) -> (u16, Box<dyn PrimarySample>) {
+        (self.part(u).0, Box::new(u.clone()))
     }
 
     /// A coordinate that small steps leave alone because jumps change it; `None` for an integrand without jumps.
@@ -81,31 +79,6 @@ pub trait Integrand: Send + Sync + 'static {
 
     /// An image for the two-stage target.
     fn image_weight(&self, scene: &Scene, seed: u64, samples: u64) -> ImageWeight;
-}
-
-/// The numbers that a start is made again from ([`Integrand::start`]).
-#[derive(Debug)]
-pub enum StartNumbers<'a> {
-    /// One stream for all purposes.
-    Stream(&'a mut RandomStream),
-    /// Those of one technique.
-    Technique(Box<TechniqueNumbers>),
-}
-
-impl PrimarySample for StartNumbers<'_> {
-    fn next(&mut self) -> f32 {
-        match self {
-            StartNumbers::Stream(u) => u.next(),
-            StartNumbers::Technique(u) => u.next(),
-        }
-    }
-
-    fn stream(&mut self, stream: Stream) {
-        match self {
-            StartNumbers::Stream(u) => u.stream(stream),
-            StartNumbers::Technique(u) => u.stream(stream),
-        }
-    }
 }
 
 /// What came of a jump ([`Integrand::jump`]).
@@ -407,7 +380,7 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
     fn start(&self, scene: &Scene, u: &mut RandomStream, index: u32) -> Option<PrimaryState> {
         let (part, mut numbers) = self.integrand.start(scene, u, index);
         let mut point = Box::new(PrimaryPoint { part, ..PrimaryPoint::default() });
-        let mut recorder = Recorder::new(&mut point.vector, &mut numbers);
+        let mut recorder = Recorder::new(&mut point.vector, &mut *numbers);
         self.evaluate(scene, part, &mut recorder, (&mut point.contributions, &mut point.f));
         Some(PrimaryState { point, place: Place::default(), spare: None })
     }

@@ -124,7 +124,7 @@ impl PrimaryVector {
     }
 }
 
-fn uniform(u: &mut impl PrimarySample) -> u32 {
+fn uniform<U: PrimarySample + ?Sized>(u: &mut U) -> u32 {
     (u.next() as f64 * GRID) as u32
 }
 
@@ -133,20 +133,20 @@ fn to_unit(value: u32) -> f32 {
 }
 
 /// Reads fresh uniform numbers and keeps them: the bootstrap.
-pub struct Recorder<'a, U> {
+pub struct Recorder<'a, U: ?Sized> {
     vector: &'a mut PrimaryVector,
     u: &'a mut U,
     stream: usize,
 }
 
-impl<'a, U: PrimarySample> Recorder<'a, U> {
+impl<'a, U: PrimarySample + ?Sized> Recorder<'a, U> {
     /// Records into an empty vector.
     pub fn new(vector: &'a mut PrimaryVector, u: &'a mut U) -> Self {
         Recorder { vector, u, stream: 0 }
     }
 }
 
-impl<U: PrimarySample> PrimarySample for Recorder<'_, U> {
+impl<U: PrimarySample + ?Sized> PrimarySample for Recorder<'_, U> {
     #[inline]
     fn next(&mut self) -> f32 {
         let value = uniform(self.u);

@@ -42,9 +42,7 @@ use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
 use crate::chain::{Candidates, ChainRun, ImageWeight};
 use crate::mmlt::{Mmlt, Multiplexed};
-use crate::primary::{
-    Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector, StartNumbers,
-};
+use crate::primary::{Integrand, Jump, PrimaryOptions, PrimaryPoint, PrimaryTarget, PrimaryVector};
 use crate::spec::{Defaults, Spec, SpecError};
 
 pub use jump::{RELATIVE, TOLERANCE};
@@ -133,12 +131,12 @@ impl Integrand for Reversible {
         self.0.candidates(scene, u, scalar, found);
     }
 
-    fn start<'a>(
+    fn start(
         &self,
         scene: &Scene,
-        u: &'a mut RandomStream,
+        u: &mut RandomStream,
         index: u32,
-    ) -> (u16, StartNumbers<'a>) {
+    ) -> (u16, Box<dyn PrimarySample>) {
         self.0.start(scene, u, index)
     }
 
