@@ -58,11 +58,14 @@ pub enum SuiteError {
     Nothing(String),
 }
 
-/// Options that make Markov chains affordable at 32 replicates a round; integrators that do not know them are made without.
+/// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
+/// them are made without. The bootstrap takes a tenth of the rays or so, and never less than what finds common light.
 ///
 /// A prime number of chains: starts are stratified, and where path lengths have shares of 1/2, 1/4, … of the light, as in an integrating sphere, 64 strata end
 /// exactly where lengths do. The number of chains of a length is then the same in all replicates but for rare ones, and no test knows of what it has not seen.
-const CHAIN_OPTIONS: &str = "bootstrap=4096,chains=61";
+fn chain_options(rays: u64) -> String {
+    format!("bootstrap={},chains=61", (rays / 5000).clamp(256, 4096))
+}
 
 /// The integrators of a suite, made for each scene anew because the scene says how long paths are.
 pub(super) struct Team<'a> {
@@ -71,11 +74,13 @@ pub(super) struct Team<'a> {
 }
 
 impl<'a> Team<'a> {
-    fn new(registry: &'a Registry, asked: &[Spec]) -> Result<Self, SpecError> {
+    /// The integrators that are `asked` for, as they are; where there are none all of the registry, chains fit for a budget of `rays` rays.
+    fn new(registry: &'a Registry, asked: &[Spec], rays: u64) -> Result<Self, SpecError> {
         let mut specs = asked.to_vec();
         if specs.is_empty() {
+            let chain_options = chain_options(rays);
             for (name, _) in registry.list() {
-                let with_options: Spec = format!("{name}:{CHAIN_OPTIONS}").parse()?;
+                let with_options: Spec = format!("{name}:{chain_options}").parse()?;
                 let known = registry.create(&with_options, &Defaults::default()).is_ok();
                 specs.push(if known { with_options } else { name.parse()? });
             }
@@ -111,9 +116,12 @@ pub fn run(
     watch: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Report, SuiteError> {
     let clock = Instant::now();
-    let team = Team::new(registry, &options.integrators)?;
     check_scenes(suite, options)?;
-    let tests: usize = suite.parts.iter().map(|p| count(p, &team, options)).sum();
+    let team = |part: &Part| Team::new(registry, &options.integrators, part.rays());
+    let mut tests = 0;
+    for part in &suite.parts {
+        tests += count(part, &team(part)?, options);
+    }
     if tests == 0 {
         return Err(SuiteError::Nothing("nothing to test: two integrators make a pair".into()));
     }
@@ -126,6 +134,7 @@ pub fn run(
         return Err(SuiteError::Nothing(format!("a level of {level} is no probability")));
     }
     for part in &suite.parts {
+        let team = team(part)?;
         let flow = match *part {
             Part::Pairs { scenes, size, rays, mdb } => {
                 let config = Config { rays, mdb, ..suite.config };
@@ -197,6 +206,16 @@ fn check_scenes(suite: &Suite, options: &Options) -> Result<(), SuiteError> {
 fn library_scenes(names: &[&str], options: &Options) -> Vec<&'static library::LibraryScene> {
     let wanted = |name: &str| (names.is_empty() || names.contains(&name)) && options.wants(name);
     library::all().iter().filter(|s| wanted(s.name)).collect()
+}
+
+impl Part {
+    /// Rays of an integrator on a scene; the default where a part does not count them.
+    fn rays(&self) -> u64 {
+        match *self {
+            Part::Pairs { rays, .. } | Part::Exact { rays, .. } | Part::Hard { rays } => rays,
+            Part::Chains { .. } | Part::Calibration { .. } => Config::default().rays,
+        }
+    }
 }
 
 impl Options {
