@@ -16,7 +16,7 @@ use pathspace_core::integrator::{
 };
 use pathspace_core::measure::{Edge, Mass};
 use pathspace_core::mutant::{self, Mutant};
-use pathspace_core::path::{Vertex, WalkClass, WalkRules};
+use pathspace_core::path::{Origin, Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
 
 use crate::spec::{Defaults, Spec, SpecError};
@@ -86,14 +86,14 @@ impl PathEstimator for LightTracer {
             scene,
             sink,
             emitter: emission.emitter,
-            delta_emitter: scene.emitters().get(emission.emitter).is_delta(),
+            origin: scene.emitters().get(emission.emitter).into(),
             class: WalkClass::default(),
             trace,
         };
         if !self.rules.allows(1) {
             return;
         }
-        if !walk.delta_emitter {
+        if !walk.origin.delta {
             let lens = walk.lens(u);
             let alpha = emission.radiance * (1.0 / emission.pdf.value()) as f32;
             walk.connect(&emission.vertex, 1, lens, |d| {
@@ -152,7 +152,7 @@ struct Walk<'a, S> {
     scene: &'a Scene,
     sink: &'a mut S,
     emitter: u32,
-    delta_emitter: bool,
+    origin: Origin,
     class: WalkClass,
     trace: Trace,
 }
@@ -207,7 +207,7 @@ impl<S: Sink> Walk<'_, S> {
             s: s as u16,
             t: 1,
             emitter: self.emitter,
-            families: self.class.families(mode, self.delta_emitter, pinhole),
+            families: self.class.families(mode, self.origin, pinhole),
         };
         self.trace.emit(self.sink, contribution, false, || (Some(on_lens), pdf.value()));
     }

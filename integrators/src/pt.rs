@@ -285,7 +285,7 @@ impl<S: Sink> Walk<'_, S> {
         (s, t): (usize, usize),
         emitter: u32,
     ) -> Contribution {
-        let delta_emitter = self.scene.emitters().get(emitter).is_delta();
+        let origin = self.scene.emitters().get(emitter).into();
         let pinhole = self.scene.sensor().is_pinhole();
         Contribution {
             film: self.film,
@@ -294,7 +294,7 @@ impl<S: Sink> Walk<'_, S> {
             s: s as u16,
             t: t as u16,
             emitter,
-            families: self.class.families(TransportMode::Radiance, delta_emitter, pinhole),
+            families: self.class.families(TransportMode::Radiance, origin, pinhole),
         }
     }
 }

@@ -57,6 +57,11 @@ impl Emitter {
     pub fn is_delta(&self) -> bool {
         matches!(self, Emitter::Point { .. } | Emitter::Directional { .. })
     }
+
+    /// True where x₀ is at infinity.
+    pub fn is_far(&self) -> bool {
+        matches!(self, Emitter::Constant { .. } | Emitter::Directional { .. })
+    }
 }
 
 /// All emitters of a scene with the discrete distribution by which one is picked: in proportion to emitted power

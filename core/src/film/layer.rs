@@ -144,11 +144,12 @@ mod tests {
             LayerKey::Unweighted { s: 12, t: 1 },
             LayerKey::Emitter(70_000),
             LayerKey::Class { length: 2, families: Families::ALL },
+            LayerKey::Class { length: 2, families: Families::S0 | Families::FAR },
         ];
         for key in keys {
             assert_eq!(LayerKey::from_name(&key.name()), Some(key));
         }
-        for text in ["", "length", "length.3", "length.x", "technique.t01.s02", "class.02.99"] {
+        for text in ["", "length", "length.3", "length.x", "technique.t01.s02", "class.02.128"] {
             assert_eq!(LayerKey::from_name(text), None, "{text}");
         }
     }

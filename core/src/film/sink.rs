@@ -33,6 +33,9 @@ impl Families {
     pub const MERGE: Families = Families(32);
     /// Every technique.
     pub const ALL: Families = Families(63);
+    /// No technique but a mark: the path starts on an emitter at infinity. No integrator has it and a path always has others beside it, so that it never
+    /// says who can make a path; it keeps light of the surroundings apart from that of lamps, of which one may be rare where the other is common.
+    pub const FAR: Families = Families(64);
 
     /// True where the sets share a family.
     #[inline]
@@ -47,7 +50,7 @@ impl Families {
 
     /// Families from [`Families::bits`]; unknown bits are dropped.
     pub fn from_bits(bits: u8) -> Self {
-        Families(bits & Families::ALL.0)
+        Families(bits & (Families::ALL.0 | Families::FAR.0))
     }
 
     /// The union, for constants.
@@ -72,7 +75,7 @@ impl BitOr for Families {
 
 impl fmt::Debug for Families {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = ["s0", "s1", "inner", "t1", "t0", "merge"];
+        let names = ["s0", "s1", "inner", "t1", "t0", "merge", "far"];
         let on: Vec<_> =
             (0..names.len()).filter(|i| self.0 >> i & 1 == 1).map(|i| names[i]).collect();
         write!(f, "{{{}}}", on.join(","))

@@ -94,9 +94,12 @@ pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
         _ => false,
     };
     let merge = Families::MERGE.when(rules.allows(k) && (1..k).any(spreads));
-    (0..=k + 1).map(|s| Technique::new(s, k + 1 - s)).fold(merge, |all, technique| {
+    let techniques = (0..=k + 1).map(|s| Technique::new(s, k + 1 - s));
+    let all = techniques.fold(merge, |all, technique| {
         all | technique.family().when(samplable(scene, path, technique, rules))
-    })
+    });
+    let far = matches!(v[0], Vertex::InfiniteEmitter { .. });
+    all | Families::FAR.when(far && all != Families::NONE)
 }
 
 /// ln p_{s,t}(x̄), roulette and choice of emitter included (Veach 1997, §10.2); `None` where the technique can not

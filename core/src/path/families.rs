@@ -1,7 +1,24 @@
 //! Which families of techniques could make a path, tracked along a walk.
 
 use crate::bsdf::TransportMode;
+use crate::emitter::Emitter;
 use crate::film::Families;
+
+/// What x₀ adds to the class of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// It can not be hit.
+    pub delta: bool,
+    /// It is at infinity.
+    pub far: bool,
+}
+
+impl From<&Emitter> for Origin {
+    #[inline]
+    fn from(emitter: &Emitter) -> Self {
+        Origin { delta: emitter.is_delta(), far: emitter.is_far() }
+    }
+}
 
 /// What a walk remembers of its surface vertices to name the families of techniques that could have made its path; agrees with
 /// [`super::families`], which looks at the whole path.
@@ -30,7 +47,13 @@ impl WalkClass {
 
     /// The families for a path whose inner vertices are those pushed so far, by a walk from the sensor (radiance) or the emitter (importance).
     #[inline]
-    pub fn families(&self, mode: TransportMode, delta_emitter: bool, pinhole: bool) -> Families {
+    pub fn families(&self, mode: TransportMode, origin: Origin, pinhole: bool) -> Families {
+        let techniques = self.techniques(mode, origin.delta, pinhole);
+        techniques | Families::FAR.when(origin.far && techniques != Families::NONE)
+    }
+
+    #[inline]
+    fn techniques(&self, mode: TransportMode, delta_emitter: bool, pinhole: bool) -> Families {
         if self.vertices == 0 {
             // x₀ seen directly: a delta emitter has no image.
             return if delta_emitter {
@@ -53,12 +76,7 @@ impl WalkClass {
 
     /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
     #[inline]
-    pub fn join(
-        light: &WalkClass,
-        sensor: &WalkClass,
-        delta_emitter: bool,
-        pinhole: bool,
-    ) -> Families {
+    pub fn join(light: &WalkClass, sensor: &WalkClass, origin: Origin, pinhole: bool) -> Families {
         let both = light.vertices > 0 && sensor.vertices > 0;
         let whole = WalkClass {
             vertices: light.vertices + sensor.vertices,
@@ -77,6 +95,6 @@ impl WalkClass {
                 || both && light.last_spreads && sensor.last_spreads,
             any_spreads: light.any_spreads || sensor.any_spreads,
         };
-        whole.families(TransportMode::Importance, delta_emitter, pinhole)
+        whole.families(TransportMode::Importance, origin, pinhole)
     }
 }

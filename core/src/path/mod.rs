@@ -11,7 +11,7 @@ mod vertex;
 
 pub use contribution::contribution;
 pub use density::{Technique, WalkRules, families, ln_density, samplable};
-pub use families::WalkClass;
+pub use families::{Origin, WalkClass};
 pub use scatter::{ScatterSample, ScatterValue, TwoWayScatter};
 pub use vertex::Vertex;
 

@@ -269,7 +269,7 @@ impl<S: Sink> Connector<'_, S> {
         WalkClass::join(
             &class(made.light),
             &sensor,
-            scene.emitters().get(made.emitter).is_delta(),
+            scene.emitters().get(made.emitter).into(),
             scene.sensor().is_pinhole(),
         )
     }

@@ -16,7 +16,7 @@ use pathspace_core::emitter::DirectSample;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::measure::{Density, Mass, SolidAngle};
 use pathspace_core::mutant::{self, Mutant};
-use pathspace_core::path::{Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
+use pathspace_core::path::{Origin, Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
 
 use super::subpath::{SubpathVertex, WalkConfig};
 use super::verify::verify;
@@ -54,7 +54,8 @@ impl<S: Sink> Connector<'_, S> {
         let k = sensor.len() - 1;
         let Some(emitter) = x0.vertex.emitter() else { return };
         let radiance = scene.emitted_from(&x0.vertex, x0.from);
-        let weights = self.sensor.weights.for_emitter(scene.emitters().get(emitter).is_delta());
+        let origin = Origin::from(scene.emitters().get(emitter));
+        let weights = self.sensor.weights.for_emitter(origin.delta);
         if radiance.is_black() || !weights.techniques.contains(0, k + 1) {
             return;
         }
@@ -72,7 +73,7 @@ impl<S: Sink> Connector<'_, S> {
         };
         let weight = weights.weight(Side::empty(), side, 1.0);
         let class =
-            WalkClass::join(&WalkClass::default(), &x1.class, false, scene.sensor().is_pinhole());
+            WalkClass::join(&WalkClass::default(), &x1.class, origin, scene.sensor().is_pinhole());
         let value = x0.throughput * radiance * weight as f32;
         let contribution = Contribution {
             film: self.film,
@@ -115,7 +116,7 @@ impl<S: Sink> Connector<'_, S> {
         if value.is_black() || !scene.visible(&z.vertex, &direct.vertex) {
             return;
         }
-        let delta = scene.emitters().get(direct.emitter).is_delta();
+        let origin = Origin::from(scene.emitters().get(direct.emitter));
         let x0 = first_vertex(direct.vertex, scene.pdf_emission_vertex(&direct.vertex));
         let (forward, backward) = self.two_ways(&scatter, &self.sensor);
         let light = Side {
@@ -133,8 +134,9 @@ impl<S: Sink> Connector<'_, S> {
             direct: 1.0,
         };
         let own = direct.pdf / x0.pdf;
-        let weight = self.sensor.weights.for_emitter(delta).weight(light, sensor_side, own);
-        let weight = mutant::swap(Mutant::DeltaLightTwice, weight, |w| if delta { 1.0 } else { w });
+        let weight = self.sensor.weights.for_emitter(origin.delta).weight(light, sensor_side, own);
+        let twice = |w| if origin.delta { 1.0 } else { w };
+        let weight = mutant::swap(Mutant::DeltaLightTwice, weight, twice);
         let contribution = Contribution {
             film: self.film,
             value: value * weight as f32,
@@ -145,7 +147,7 @@ impl<S: Sink> Connector<'_, S> {
             families: WalkClass::join(
                 &WalkClass::default(),
                 &z.class,
-                delta,
+                origin,
                 scene.sensor().is_pinhole(),
             ),
         };
@@ -159,8 +161,8 @@ impl<S: Sink> Connector<'_, S> {
         let Some(y) = light.last() else { return };
         let k = light.len();
         let weights = &self.light.weights;
-        let delta = scene.emitters().get(emitter).is_delta();
-        if !weights.techniques.contains(k, 1) || (k == 1 && delta) {
+        let origin = Origin::from(scene.emitters().get(emitter));
+        if !weights.techniques.contains(k, 1) || (k == 1 && origin.delta) {
             return;
         }
         let (on_lens, lens_pdf) = sensor.sample_vertex(lens);
@@ -216,7 +218,7 @@ impl<S: Sink> Connector<'_, S> {
             s: k as u16,
             t: 1,
             emitter,
-            families: WalkClass::join(&y.class, &WalkClass::default(), delta, sensor.is_pinhole()),
+            families: WalkClass::join(&y.class, &WalkClass::default(), origin, sensor.is_pinhole()),
         };
         self.emit(contribution, light, std::slice::from_ref(&lens_vertex), weight, 0.0);
     }
@@ -227,9 +229,9 @@ impl<S: Sink> Connector<'_, S> {
         let sensor = scene.sensor();
         let [.., before, lens] = light else { return };
         let k = light.len() - 1;
-        let delta = scene.emitters().get(emitter).is_delta();
+        let origin = Origin::from(scene.emitters().get(emitter));
         let weights = &self.light.weights;
-        if !weights.techniques.contains(k + 1, 0) || (k == 1 && delta) {
+        if !weights.techniques.contains(k + 1, 0) || (k == 1 && origin.delta) {
             return;
         }
         let Some(p) = lens.vertex.position() else { return };
@@ -252,7 +254,7 @@ impl<S: Sink> Connector<'_, S> {
             s: (k + 1) as u16,
             t: 0,
             emitter,
-            families: WalkClass::join(&before.class, &WalkClass::default(), delta, false),
+            families: WalkClass::join(&before.class, &WalkClass::default(), origin, false),
         };
         self.emit(contribution, light, &[], weight, 0.0);
     }
@@ -316,7 +318,7 @@ impl<S: Sink> Connector<'_, S> {
         if !scene.visible(&y.vertex, &z.vertex) {
             return;
         }
-        let delta = scene.emitters().get(emitter).is_delta();
+        let origin = Origin::from(scene.emitters().get(emitter));
         let contribution = Contribution {
             film: self.film,
             value: candidate.value * scale,
@@ -324,7 +326,7 @@ impl<S: Sink> Connector<'_, S> {
             s: candidate.s as u16,
             t: candidate.t as u16,
             emitter,
-            families: WalkClass::join(&y.class, &z.class, delta, scene.sensor().is_pinhole()),
+            families: WalkClass::join(&y.class, &z.class, origin, scene.sensor().is_pinhole()),
         };
         let (light, sensor) = (&light[..candidate.s], &sensor[..candidate.t]);
         self.emit(contribution, light, sensor, candidate.weight, 0.0);

@@ -6,7 +6,7 @@ use pathspace_core::bsdf::{ScatterEvent, TransportMode};
 use pathspace_core::color::luminance;
 use pathspace_core::film::Families;
 use pathspace_core::measure::Edge;
-use pathspace_core::path::{Path, Vertex, WalkClass};
+use pathspace_core::path::{Origin, Path, Vertex, WalkClass};
 
 use super::lobe;
 
@@ -138,6 +138,8 @@ impl MltPath {
         for i in 1..k {
             class.push(!self.delta[i]);
         }
-        class.families(TransportMode::Importance, self.delta[0], self.delta[k])
+        let far = matches!(self.path.vertices[0], Vertex::InfiniteEmitter { .. });
+        let origin = Origin { delta: self.delta[0], far };
+        class.families(TransportMode::Importance, origin, self.delta[k])
     }
 }

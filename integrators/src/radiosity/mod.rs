@@ -39,10 +39,13 @@ use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::path::WalkClass;
+use pathspace_core::path::{Origin, WalkClass};
 use pathspace_core::random::PrimarySample;
 
 use crate::spec::{Defaults, Spec, SpecError};
+
+/// Every emitter of a scene that is not refused.
+const LAMP: Origin = Origin { delta: false, far: false };
 
 /// Name in the registry.
 pub const NAME: &str = "radiosity";
@@ -261,7 +264,7 @@ impl PathEstimator for Reader {
         for (emitter, terms) in self.solution.bounces.iter().enumerate() {
             let mut class = WalkClass::default();
             for k in 0..terms.len() {
-                let families = class.families(TransportMode::Radiance, false, pinhole);
+                let families = class.families(TransportMode::Radiance, LAMP, pinhole);
                 class.push(true);
                 let value = self.solution.radiance(emitter, k, element);
                 if value.is_black() {
