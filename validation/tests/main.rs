@@ -1,6 +1,7 @@
 //! Integration tests of pathspace against exact answers: one binary, a module per subject.
 
 mod chains;
+mod classes;
 mod crop;
 mod determinism;
 mod exact;
