@@ -98,7 +98,7 @@ pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
     let all = techniques.fold(merge, |all, technique| {
         all | technique.family().when(samplable(scene, path, technique, rules))
     });
-    let far = matches!(v[0], Vertex::InfiniteEmitter { .. });
+    let far = matches!(v.first(), Some(Vertex::InfiniteEmitter { .. }));
     all | Families::FAR.when(far && all != Families::NONE)
 }
 
