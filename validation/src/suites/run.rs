@@ -59,7 +59,7 @@ pub enum SuiteError {
 }
 
 /// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
-/// them are made without. The bootstrap takes a tenth of the rays or so, and never less than what finds common light.
+/// them are made without. Each of the 32 bootstraps has one sample for 5000 of these rays: a small budget must not go into starts alone.
 ///
 /// A prime number of chains: starts are stratified, and where path lengths have shares of 1/2, 1/4, … of the light, as in an integrating sphere, 64 strata end
 /// exactly where lengths do. The number of chains of a length is then the same in all replicates but for rare ones, and no test knows of what it has not seen.
@@ -118,10 +118,8 @@ pub fn run(
     let clock = Instant::now();
     check_scenes(suite, options)?;
     let team = |part: &Part| Team::new(registry, &options.integrators, part.rays());
-    let mut tests = 0;
-    for part in &suite.parts {
-        tests += count(part, &team(part)?, options);
-    }
+    let teams: Vec<Team<'_>> = suite.parts.iter().map(team).collect::<Result<_, _>>()?;
+    let tests = suite.parts.iter().zip(&teams).map(|(p, t)| count(p, t, options)).sum();
     if tests == 0 {
         return Err(SuiteError::Nothing("nothing to test: two integrators make a pair".into()));
     }
@@ -133,28 +131,27 @@ pub fn run(
     if !(level > 0.0 && level < 1.0) {
         return Err(SuiteError::Nothing(format!("a level of {level} is no probability")));
     }
-    for part in &suite.parts {
-        let team = team(part)?;
+    for (part, team) in suite.parts.iter().zip(&teams) {
         let flow = match *part {
             Part::Pairs { scenes, size, rays, mdb } => {
                 let config = Config { rays, mdb, ..suite.config };
-                pairs(&mut report, &team, &library_scenes(scenes, options), size, &config, watch)?
+                pairs(&mut report, team, &library_scenes(scenes, options), size, &config, watch)?
             }
             Part::Exact { scenes, rays, mdb } => {
                 let config = Config { rays, mdb, ..suite.config };
                 let scenes = exact::scenes(scenes, options);
-                exact::run(&mut report, &team, &scenes, &config, "exact", watch)?
+                exact::run(&mut report, team, &scenes, &config, "exact", watch)?
             }
             Part::Chains { scenes, starts } => {
                 let scenes = library_scenes(scenes, options);
                 chains::run(&mut report, &scenes, starts, &suite.config, watch)?
             }
             Part::Calibration { runs } => {
-                calibration::run(&mut report, &team, options, runs, &suite.config, watch)?
+                calibration::run(&mut report, team, options, runs, &suite.config, watch)?
             }
             Part::Hard { rays } => {
                 let config = Config { rays, ..suite.config };
-                hard::run(&mut report, &team, options, &config, watch)?
+                hard::run(&mut report, team, options, &config, watch)?
             }
         };
         if flow.is_break() {
