@@ -3,21 +3,24 @@
 use pathspace_core::Scene;
 use pathspace_core::driver;
 use pathspace_core::mutant::{self, Mutant};
-use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
+use pathspace_core::random::{Address, RandomStream, derive_seed};
 use rayon::prelude::*;
 
+use super::deal::{Deal, deal};
 use super::{Candidate, Candidates, ChainTarget};
 
 /// Bootstrap samples in a parallel task.
 const BATCH: u64 = 256;
 
 /// Where a chain starts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// The bootstrap sample.
     pub sample: u64,
     /// Its [`Candidate::index`].
     pub index: u32,
+    /// Weight of the chain: it is normalised by b̂ times this. All of them together weigh as much as there are chains.
+    pub weight: f64,
 }
 
 /// What N independent samples say of the target. W is the sum over the candidates of a sample.
@@ -73,8 +76,8 @@ fn address(seed: u64, item: u64) -> Address {
 /// Draws `samples` bootstrap samples on the current rayon pool and picks the starts of `chains` chains. The same to the bit for any number of
 /// threads; only candidates are kept, not their states.
 ///
-/// Starts are drawn by strata of ΣW in the order of [`Candidate::key`], one for each chain (stratified resampling), and dealt
-/// to the chains in a random rotation: each chain alone starts at X₀ ∝ W_i, together they miss no important part.
+/// Each [group](Candidate::key) of candidates has chains of its own, weighted to its share of ΣW; within a group starts are drawn by strata of W in the order of the
+/// keys, one for each chain (stratified resampling). For each chain alone E w h(X₀) = Σ W_i h(x_i)/ΣW_i; together they miss no important part.
 pub fn bootstrap<T: ChainTarget>(
     target: &T,
     scene: &Scene,
@@ -140,13 +143,13 @@ fn draw<T: ChainTarget>(
         candidates.extend(batch.candidates);
     }
     candidates.sort_unstable_by_key(|(item, c)| (c.key, *item, c.index));
-    let sums = candidates.iter().scan(0.0, |sum, (_, c)| {
-        *sum += c.weight;
-        Some(*sum)
-    });
-    let cdf: Vec<f64> = sums.collect();
-    let starts = starts(&cdf, seed, chains).into_iter().map(|i| &candidates[i]);
-    result.starts = starts.map(|(sample, c)| Start { sample: *sample, index: c.index }).collect();
+    let (items, candidates): (Vec<u64>, Vec<Candidate>) = candidates.into_iter().unzip();
+    let start = |one: Deal| Start {
+        sample: items[one.candidate],
+        index: candidates[one.candidate].index,
+        weight: one.weight,
+    };
+    result.starts = deal(&candidates, seed, chains).into_iter().map(start).collect();
     result
 }
 
@@ -159,63 +162,4 @@ struct Batch {
     candidates: Vec<(u64, Candidate)>,
     nonfinite: Vec<Address>,
     rays: u64,
-}
-
-/// Indices drawn in proportion to the steps of a running sum.
-fn starts(cdf: &[f64], seed: u64, chains: u64) -> Vec<usize> {
-    let total = cdf.last().copied().unwrap_or(0.0);
-    if !(total > 0.0) {
-        return Vec::new();
-    }
-    let last = cdf.partition_point(|&c| c < total);
-    let mut u = RandomStream::new(Address { seed, step: 1, item: 0 });
-    // 48 bits: as fine as many samples of equal weight need.
-    let mut number = || u.next() as f64 + u.next() as f64 / 16_777_216.0;
-    let rotation = (number() * chains as f64) as u64;
-    (0..chains)
-        .map(|chain| {
-            let stratum = (chain + rotation) % chains;
-            let x = (stratum as f64 + number()) / chains as f64 * total;
-            // The first whose running sum exceeds x: samples without weight are never it.
-            cdf.partition_point(|&c| c <= x).min(last)
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_chain_alone_starts_in_proportion_to_the_weights() {
-        let cdf = [0.0, 1.0, 1.0, 4.0, 6.0];
-        let mut counts = [[0.0; 5]; 3];
-        let n = 30_000;
-        for seed in 0..n {
-            for (chain, &start) in starts(&cdf, seed, 3).iter().enumerate() {
-                counts[chain][start] += 1.0;
-            }
-        }
-        for counts in counts {
-            for (count, w) in counts.iter().zip([0.0, 1.0, 0.0, 3.0, 2.0]) {
-                let p = w / 6.0;
-                let sd = (n as f64 * p * (1.0 - p)).sqrt();
-                assert!((count - n as f64 * p).abs() <= 4.5 * sd, "{counts:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn strata_share_the_chains_out() {
-        // A sample of half the weight starts half the chains, but for one at each border.
-        let starts = starts(&[1.0, 3.0, 4.0], 7, 100);
-        let middle = starts.iter().filter(|&&s| s == 1).count();
-        assert!((49..=51).contains(&middle), "{middle}");
-    }
-
-    #[test]
-    fn no_weight_no_start() {
-        assert!(starts(&[], 1, 4).is_empty());
-        assert!(starts(&[0.0, 0.0], 1, 4).is_empty());
-    }
 }

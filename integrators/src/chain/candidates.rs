@@ -8,15 +8,16 @@ use pathspace_core::Scene;
 pub struct Candidate {
     /// W.
     pub weight: f64,
-    /// Where it stands among the others: starts are drawn by strata in the order of the keys, so that candidates with like keys share
-    /// chains out evenly. Any key leaves the starts ∝ W. The upper half names its group.
+    /// Where it stands among the others. The upper half names its group, which has chains of its own; within a group starts are drawn by strata in the
+    /// order of the keys, so that candidates with like keys share chains out evenly. No key changes any expectation.
     pub key: u64,
     /// What the target makes it again by.
     pub index: u32,
 }
 
 impl Candidate {
-    fn group(&self) -> u64 {
+    /// The upper half of the key.
+    pub(super) fn group(&self) -> u64 {
         self.key >> 32
     }
 }

@@ -38,6 +38,8 @@ impl std::ops::AddAssign for Tally {
 pub struct Chain<S> {
     /// X_n.
     pub state: S,
+    /// What the chain counts among the others of its run.
+    pub weight: f64,
     /// Weight of the state that the sink has not seen yet: the state is splatted once, when it is left.
     owed: f64,
     /// Statistics by kind of mutation.
@@ -49,10 +51,11 @@ pub struct Chain<S> {
 }
 
 impl<S: Clone + Send> Chain<S> {
-    /// A chain at its start.
+    /// A chain of weight 1 at its start.
     pub fn new(state: S, kinds: usize) -> Self {
         Chain {
             state,
+            weight: 1.0,
             owed: 0.0,
             tallies: vec![Tally::default(); kinds],
             independent: [0.0; 2],
@@ -60,7 +63,12 @@ impl<S: Clone + Send> Chain<S> {
         }
     }
 
-    /// One mutation, normalised by `b`: proposes, splats the proposal, moves or stays. What the current state has earned is kept
+    /// The same chain with this weight.
+    pub fn weighing(self, weight: f64) -> Self {
+        Chain { weight, ..self }
+    }
+
+    /// One mutation, normalised by `b` times the chain's weight: proposes, splats the proposal, moves or stays. What the current state has earned is kept
     /// until it is left or [`Chain::flush`]ed.
     pub fn mutate<T: ChainTarget<State = S>>(
         &mut self,
@@ -70,6 +78,7 @@ impl<S: Clone + Send> Chain<S> {
         u: &mut RandomStream,
         sink: &mut impl Sink,
     ) -> bool {
+        let b = b * self.weight;
         let proposal = target.propose(scene, &mut self.state, u);
         // Drawn always, so that numbers keep their meaning.
         let decide = u.next() as f64;

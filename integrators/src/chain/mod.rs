@@ -2,14 +2,16 @@
 //!
 //! A chain's states x are samples of some space with a target density f*/b, b = ∫f*. N bootstrap samples x_i ~ p with W_i = f*(x_i)/p(x_i) give
 //! b̂ = ΣW_i/N; chains start at X₀ ∝ W_i. Then E[b̂ h(X_n)] = ∫ f* h for every n and every N ≥ 1 (Veach 1997, §11.3.1), so that
-//! a mutation that emits b̂ f_j(x)/f*(x) estimates I_j without bias. Nothing is ever rescaled afterwards.
+//! a mutation that emits b̂ f_j(x)/f*(x) estimates I_j without bias. Nothing is ever rescaled afterwards. Starts of one path length have chains of
+//! their own, as many as their share of b̂ rounded to at least one, and weights that make the share exact.
 //!
 //! | step | file |
 //! | --- | --- |
 //! | what an integrator says of its chain: [`ChainTarget`], [`Proposal`] | here |
 //! | one mutation: acceptance, rejected states, expected values | `markov` |
-//! | bootstrap and starts | `bootstrap` |
+//! | bootstrap | `bootstrap` |
 //! | what one bootstrap sample offers | `candidates` |
+//! | starts, and the weights of chains | `deal` |
 //! | steps on all threads, checkpoints | `run` |
 //! | bytes of checkpoints | `codec` |
 //! | two-stage targets | `image` |
@@ -17,6 +19,7 @@
 mod bootstrap;
 mod candidates;
 mod codec;
+mod deal;
 mod image;
 mod markov;
 mod run;

@@ -17,7 +17,7 @@ use crate::spec::{Options, SpecError};
 const ROUND: u64 = 8192;
 
 /// First bytes of a checkpoint; changes with its layout.
-const FORMAT: u32 = 0x4348_0001;
+const FORMAT: u32 = 0x4348_0002;
 
 /// Options that every integrator with chains has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +145,7 @@ impl<T: ChainTarget> ChainRun<T> {
             .filter_map(|(c, &start)| {
                 let mut state = boot.replay(&self.target, scene, start)?;
                 self.target.place(&mut state, scene, c as u64, chains, self.seed);
-                Some(Mutex::new(Chain::new(state, kinds)))
+                Some(Mutex::new(Chain::new(state, kinds).weighing(start.weight)))
             })
             .collect();
         let work = Work { samples: 0, rays: boot.rays };
@@ -166,6 +166,7 @@ impl<T: ChainTarget> ChainRun<T> {
         }
         let mut chains = Vec::with_capacity(count);
         for _ in 0..count {
+            let weight = r.f64()?;
             let independent = [r.f64()?, r.f64()?];
             let independent_count = r.u64()?;
             let mut tallies = Vec::with_capacity(kinds);
@@ -173,7 +174,7 @@ impl<T: ChainTarget> ChainRun<T> {
                 tallies.push(Tally { tried: r.u64()?, possible: r.u64()?, accepted: r.u64()? });
             }
             let state = self.target.decode(&self.scene, &mut r)?;
-            let mut chain = Chain::new(state, kinds);
+            let mut chain = Chain::new(state, kinds).weighing(weight);
             chain.tallies = tallies;
             chain.independent = independent;
             chain.independent_count = independent_count;
@@ -287,6 +288,7 @@ impl<T: ChainTarget> Run for ChainRun<T> {
         w.len(started.chains.len());
         for chain in &started.chains {
             let chain = lock(chain);
+            w.f64(chain.weight);
             w.f64(chain.independent[0]);
             w.f64(chain.independent[1]);
             w.u64(chain.independent_count);

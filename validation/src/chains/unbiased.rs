@@ -9,10 +9,12 @@ use super::{ChainCheck, FEATURES, Features, starts, stream};
 
 /// Bootstrap samples of a replicate: so few that a b̂ of other samples would be off by tens of per cent.
 const SAMPLES: u64 = 4;
+/// Chains that the bootstrap deals starts to, of which one runs: enough for weights that are not 1.
+const CHAINS: u64 = 8;
 /// Mutations of each chain.
 const STEPS: u32 = 5;
 
-/// E b̂ h(X_n) over `count` replicates, each with a bootstrap of four samples and one chain of a few mutations, against ∫ f* h = E W h(x)
+/// E b̂ w h(X_n) over `count` replicates, each with a bootstrap of four samples and one chain of weight w and a few mutations, against ∫ f* h = E W h(x)
 /// over as many independent samples; h = 1 and the features.
 pub fn unbiased<T: ChainTarget>(
     name: &str,
@@ -32,15 +34,15 @@ pub fn unbiased<T: ChainTarget>(
         .into_par_iter()
         .map(|r| {
             let seed = derive_seed(derive_seed(seed, 23), r);
-            let boot = bootstrap(target, scene, seed, SAMPLES, 1);
-            let start = boot.starts.first().and_then(|&s| boot.replay(target, scene, s));
-            let Some(x) = start else { return [0.0; N] };
+            let boot = bootstrap(target, scene, seed, SAMPLES, CHAINS);
+            let Some(&start) = boot.starts.first() else { return [0.0; N] };
+            let Some(x) = boot.replay(target, scene, start) else { return [0.0; N] };
             let mut chain = Chain::new(x, kinds);
             let mut u = stream(seed, 1);
             for _ in 0..STEPS {
                 chain.mutate(target, scene, 1.0, &mut u, &mut super::Nowhere);
             }
-            with_one(&chain.state, boot.b())
+            with_one(&chain.state, boot.b() * start.weight)
         })
         .collect();
     // A bootstrap costs four samples: as many for the reference.

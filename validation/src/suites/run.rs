@@ -60,11 +60,8 @@ pub enum SuiteError {
 
 /// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
 /// them are made without. Each of the 32 bootstraps has one sample for 5000 of these rays: a small budget must not go into starts alone.
-///
-/// A prime number of chains: starts are stratified, and where path lengths have shares of 1/2, 1/4, … of the light, as in an integrating sphere, 64 strata end
-/// exactly where lengths do. The number of chains of a length is then the same in all replicates but for rare ones, and no test knows of what it has not seen.
 fn chain_options(rays: u64) -> String {
-    format!("bootstrap={},chains=61", (rays / 5000).clamp(256, 4096))
+    format!("bootstrap={},chains=64", (rays / 5000).clamp(256, 4096))
 }
 
 /// The integrators of a suite, made for each scene anew because the scene says how long paths are.
