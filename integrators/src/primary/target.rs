@@ -109,7 +109,7 @@ pub struct PrimaryOptions {
     /// Large steps draw the part anew; else a chain stays in the part that it starts in.
     pub redraw: bool,
     /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen et al. 2002, §5). With several parts it needs
-    /// `redraw`, because the number of chains in a part is random.
+    /// `redraw`, because how many chains a part has follows from the bootstrap and not from its probability.
     pub mis: bool,
     /// Film positions of large steps are stratified across chains.
     pub stratify: bool,
