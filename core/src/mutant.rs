@@ -76,6 +76,8 @@ mutants! {
     OtherLengths = "b-of-other-lengths",
     /// b̂ is taken from another bootstrap than the starts.
     IndependentB = "independent-b",
+    /// Chains of path lengths that have more or fewer chains than their share all count the same.
+    ChainWeight = "no-chain-weight",
     /// Large steps are weighted as if there were no small ones.
     LargeStepWeight = "large-step-weight",
     /// `rjmlt` leaves the Jacobian of a jump out of the acceptance.

@@ -186,6 +186,7 @@ pub fn hunts() -> Vec<Hunt> {
         pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
         pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
         chain(IndependentB, "cornell-box", Chain::Primary, 10_000),
+        pair(ChainWeight, "cornell-box", ["bdpt", "mmlt:bootstrap=256,chains=16"], FEW),
         pair(LargeStepWeight, "cornell-box", ["bdpt", MIXED], FEW),
         pair(RejectedKept, "cornell-box", ["bdpt", LOCAL], MANY),
         pair(LazyTime, "cornell-box", ["bdpt", LOCAL], 2 * MANY),
