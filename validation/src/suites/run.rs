@@ -59,9 +59,11 @@ pub enum SuiteError {
 }
 
 /// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
-/// them are made without. Each of the 32 bootstraps has one sample for 5000 of these rays: a small budget must not go into starts alone.
+/// them are made without. Each of the 32 bootstraps has one sample for 750 of these rays, so that up to a half of them goes into b̂, whose noise all of the
+/// image shares, and one chain for 16 samples.
 fn chain_options(rays: u64) -> String {
-    format!("bootstrap={},chains=64", (rays / 5000).clamp(256, 4096))
+    let bootstrap = (rays / 750).clamp(256, 1 << 15);
+    format!("bootstrap={bootstrap},chains={}", bootstrap / 16)
 }
 
 /// The integrators of a suite, made for each scene anew because the scene says how long paths are.
