@@ -14,6 +14,7 @@ pub(super) struct Deal {
 }
 
 /// Candidates that share some chains among themselves.
+#[derive(Default)]
 struct Group {
     /// Indices of the candidates.
     members: Vec<usize>,
@@ -54,21 +55,21 @@ pub(super) fn deal(candidates: &[Candidate], seed: u64, chains: u64) -> Vec<Deal
 
 /// The candidates by [`Candidate::group`], the heaviest ones by themselves and the rest as one.
 fn groups(candidates: &[Candidate], chains: u64) -> Vec<Group> {
-    let mut each: Vec<Group> = Vec::new();
-    for (i, candidate) in candidates.iter().enumerate() {
-        let new = i == 0 || candidates[i - 1].group() != candidate.group();
-        if new {
-            each.push(Group { members: Vec::new(), sums: Vec::new() });
+    let mut each = Vec::new();
+    let mut index = 0;
+    for alike in candidates.chunk_by(|a, b| a.group() == b.group()) {
+        let mut group = Group::default();
+        for candidate in alike {
+            group.add(index, candidate.weight);
+            index += 1;
         }
-        if let Some(group) = each.last_mut() {
-            group.add(i, candidate.weight);
-        }
+        each.push(group);
     }
     let own = (chains / 2) as usize;
     if each.len() > own {
         // Equal weights stay in the order of their keys.
         each.sort_by(|a, b| b.weight().total_cmp(&a.weight()));
-        let mut rest = Group { members: Vec::new(), sums: Vec::new() };
+        let mut rest = Group::default();
         for i in each.drain(own..).flat_map(|group| group.members) {
             rest.add(i, candidates[i].weight);
         }
@@ -97,7 +98,7 @@ impl Group {
     }
 }
 
-/// Numbers of chains for groups whose fair shares are `quotas`, fewer than there are chains: one each, and the rest by what a share has over one (largest
+/// Numbers of chains for groups whose fair shares are `quotas`, not more groups than chains: one each, and the rest by what a share has over one (largest
 /// remainders).
 fn counts(quotas: &[f64], chains: u64) -> Vec<u64> {
     let over = |q: &f64| (q - 1.0).max(0.0);

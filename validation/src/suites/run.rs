@@ -59,8 +59,8 @@ pub enum SuiteError {
 }
 
 /// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
-/// them are made without. Each of the 32 bootstraps has one sample for 750 of these rays, so that up to a half of them goes into b̂, whose noise all of the
-/// image shares, and one chain for 16 samples.
+/// them are made without. Each of the 32 bootstraps has one sample for 750 of these rays, and one chain for 16 samples: with the 4 to 11 rays of a sample
+/// a sixth to a half of them goes into b̂, whose noise all of the image shares.
 fn chain_options(rays: u64) -> String {
     let bootstrap = (rays / 750).clamp(256, 1 << 15);
     format!("bootstrap={bootstrap},chains={}", bootstrap / 16)
