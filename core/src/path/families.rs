@@ -77,7 +77,6 @@ impl WalkClass {
     /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
     #[inline]
     pub fn join(light: &WalkClass, sensor: &WalkClass, origin: Origin, pinhole: bool) -> Families {
-        let both = light.vertices > 0 && sensor.vertices > 0;
         let whole = WalkClass {
             vertices: light.vertices + sensor.vertices,
             first_spreads: if light.vertices > 0 {
@@ -92,7 +91,7 @@ impl WalkClass {
             },
             adjacent_spread: light.adjacent_spread
                 || sensor.adjacent_spread
-                || both && light.last_spreads && sensor.last_spreads,
+                || light.last_spreads && sensor.last_spreads,
             any_spreads: light.any_spreads || sensor.any_spreads,
         };
         whole.families(TransportMode::Importance, origin, pinhole)

@@ -363,14 +363,15 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
         }
     }
 
-    /// One of the candidates, in proportion to W.
+    /// One point of one part, drawn as a large step draws it: W = f*/p of the point alone.
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(PrimaryState, f64)> {
-        let mut again = u.clone();
-        let mut found = Candidates::default();
-        self.candidates(scene, u, &mut found);
-        let w = found.total();
-        let picked = found.pick(u.next())?;
-        self.start(scene, &mut again, picked.index).map(|x| (x, w))
+        let (part, probability) = self.integrand.part(u);
+        let mut point = Box::new(PrimaryPoint { part, ..PrimaryPoint::default() });
+        let mut recorder = Recorder::new(&mut point.vector, u);
+        let fault =
+            self.evaluate(scene, part, &mut recorder, (&mut point.contributions, &mut point.f));
+        let w = if fault.is_some() { f64::NAN } else { point.f / probability };
+        (w != 0.0).then(|| (PrimaryState { point, place: Place::default(), spare: None }, w))
     }
 
     fn candidates(&self, scene: &Scene, u: &mut RandomStream, found: &mut Candidates) {

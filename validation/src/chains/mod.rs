@@ -5,7 +5,7 @@
 //!
 //! | test | what must hold | file |
 //! | --- | --- | --- |
-//! | one-step invariance | E W(x) [h(X₁) − h(x)] = 0 for every h | [`invariance`] |
+//! | one-step invariance | E W(x) φ(h(X₁) − h(x)) = 0 for every h and odd φ | [`invariance`] |
 //! | Bowker's symmetry | E W 1{x ∈ A, X₁ ∈ B} = E W 1{x ∈ B, X₁ ∈ A} | [`symmetry`] |
 //! | rank test | the rank of h(x) among L steps of the chain before and after it is uniform | [`rank`] |
 //! | normalisation | E b̂ h(X_n) = ∫ f* h with four bootstrap samples | [`unbiased`] |
@@ -18,7 +18,7 @@ mod unbiased;
 
 pub use invariance::invariance;
 pub use rank::rank;
-pub use standard::{chain_checks, path, primary};
+pub use standard::{SELECTOR, SENSOR, chain_checks, path, primary};
 pub use symmetry::symmetry;
 pub use unbiased::unbiased;
 
@@ -58,7 +58,7 @@ impl ChainCheck {
 /// Functions of a state that tests look at.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Features {
-    /// Mean film position in units of the film, rounded to 2⁻¹⁶.
+    /// Mean film position in units of the film.
     pub film: [f64; 2],
     /// Mean path length.
     pub length: f64,
@@ -89,10 +89,8 @@ impl Features {
         let crop = scene.film().crop;
         let Features { film, length, s, .. } = sums.features;
         let k = if sums.weight > 0.0 { 1.0 / sums.weight } else { 0.0 };
-        // A move that keeps a path keeps it but for rounding, which has a direction of its own: not to be seen.
-        let relative = |v: f64, origin: u32, size: u32| {
-            ((v * k - f64::from(origin)) / f64::from(size) * STEPS).round() / STEPS
-        };
+        let relative =
+            |v: f64, origin: u32, size: u32| (v * k - f64::from(origin)) / f64::from(size);
         Features {
             film: [relative(film[0], crop.x, crop.width), relative(film[1], crop.y, crop.height)],
             length: length * k,
@@ -101,9 +99,6 @@ impl Features {
         }
     }
 }
-
-/// Film positions that tests tell apart, along each side.
-const STEPS: f64 = 65_536.0;
 
 struct Sums {
     features: Features,

@@ -7,7 +7,7 @@ use pathspace_core::random::{Stream, derive_seed};
 use pathspace_integrators::bdpt::Bdpt;
 use pathspace_integrators::chain::ChainTarget;
 use pathspace_integrators::mlt::{Mlt, MltPath, PathChain};
-use pathspace_integrators::mmlt::Mmlt;
+use pathspace_integrators::mmlt::{Mmlt, Multiplexed};
 use pathspace_integrators::primary::{
     Integrand, Kernel, PrimaryOptions, PrimaryState, PrimaryTarget,
 };
@@ -20,6 +20,11 @@ use super::{ChainCheck, invariance, rank, symmetry, unbiased};
 
 /// Mutations on path space, by their options.
 const PATH_MUTATIONS: [&str; 5] = ["bidir", "lens", "caustic", "multi", "manifold"];
+
+/// For [`primary`]: the film position of a path from the sensor, which every point of `pssmlt` begins with.
+pub const SENSOR: (Stream, usize) = (Stream::Sensor, 0);
+/// For [`primary`]: the technique, with which every point of `mmlt` and `rjmlt` begins. Those by t = 1 read nothing of the sensor's.
+pub const SELECTOR: (Stream, usize) = Multiplexed::SELECTOR;
 
 /// Every test of every built-in mutation on primary sample space and on path space, each mutation alone, `starts` bootstrap samples each.
 /// The p-values are to be judged together ([`crate::stats::holm`]).
@@ -42,20 +47,21 @@ pub fn chain_checks(
     let one = |options| PrimaryOptions { redraw: true, ..options };
     let mut checks = Vec::new();
     let target = PrimaryTarget::new(Estimated(pt), one(gaussian));
-    checks.extend(primary("pssmlt over pt, gaussian", target, scene, seed(0), starts));
+    checks.extend(primary("pssmlt over pt, gaussian", target, SENSOR, scene, seed(0), starts));
     let target = PrimaryTarget::new(Estimated(bdpt), one(kelemen));
-    checks.extend(primary("pssmlt over bdpt, kelemen", target, scene, seed(1), starts));
+    checks.extend(primary("pssmlt over bdpt, kelemen", target, SENSOR, scene, seed(1), starts));
     let target = PrimaryTarget::new(mmlt.techniques.clone(), kelemen);
-    checks.extend(primary("mmlt, kelemen", target, scene, seed(2), starts));
+    checks.extend(primary("mmlt, kelemen", target, SELECTOR, scene, seed(2), starts));
     let target = PrimaryTarget::new(mmlt.techniques, two_stage);
-    checks.extend(primary("mmlt, two-stage", target, scene, seed(3), starts));
+    checks.extend(primary("mmlt, two-stage", target, SELECTOR, scene, seed(3), starts));
     let rjmlt = Rjmlt::from_spec(&spec_of("rjmlt:jump=0.3")?, defaults)?;
     let target = PrimaryTarget::new(rjmlt.techniques.clone(), rjmlt.options);
-    checks.extend(primary("rjmlt", target, scene, seed(4), starts));
+    checks.extend(primary("rjmlt", target, SELECTOR, scene, seed(4), starts));
     // Few states have somewhere to jump to. Only sums: over pairs of techniques, of which one makes a path seldom and with a large weight, they are not
     // normal.
     let alone = PrimaryOptions { large: 0.0, jump: 1.0, ..rjmlt.options };
     let target = PrimaryTarget::new(rjmlt.techniques, alone);
+    let own = own(SELECTOR);
     checks.extend(invariance("rjmlt, jumps alone", &target, scene, &own, seed(5), 4 * starts));
     for (index, alone) in PATH_MUTATIONS.iter().enumerate() {
         let share = |m: &str| format!("{m}={}", u8::from(m == *alone));
@@ -92,16 +98,19 @@ pub fn path(
     every(name, target, scene, &own, seed, starts)
 }
 
-/// Every test of a chain on primary sample space, with ln f* and the first coordinate as functions of its own.
+/// Every test of a chain on primary sample space, with ln f* and one `coordinate` as functions of its own.
+///
+/// Every evaluation must read that coordinate: one that a state may lack, or have from an earlier state, is no function of where the chain is.
 pub fn primary<I: Integrand>(
     name: &str,
     mut target: PrimaryTarget<I>,
+    coordinate: (Stream, usize),
     scene: &Scene,
     seed: u64,
     starts: u64,
 ) -> Vec<ChainCheck> {
     target.prepare(scene, derive_seed(seed, 99));
-    every(name, &target, scene, &own, seed, starts)
+    every(name, &target, scene, &own(coordinate), seed, starts)
 }
 
 fn every<T: ChainTarget>(
@@ -121,8 +130,10 @@ fn every<T: ChainTarget>(
     checks
 }
 
-/// ln f* and the first coordinate.
-fn own(x: &PrimaryState) -> [f64; 2] {
-    let coordinate = x.point.vector.get(Stream::Sensor, 0);
-    [x.point.f.ln(), coordinate.unwrap_or(0.0).into()]
+/// ln f* and a coordinate.
+fn own((stream, index): (Stream, usize)) -> impl Fn(&PrimaryState) -> [f64; 2] + Sync {
+    move |x| {
+        let coordinate = x.point.vector.get(stream, index);
+        [x.point.f.ln(), coordinate.unwrap_or(0.0).into()]
+    }
 }

@@ -225,13 +225,13 @@ fn chain_fails(
                 let spec = spec("pssmlt:large=0.1")?;
                 let options = PrimaryOptions::from_options(&mut spec.options()).map_err(bad)?;
                 let target = PrimaryTarget::new(Estimated(Arc::new(tracer)), options);
-                chains::primary("pssmlt", target, scene, seed, starts)
+                chains::primary("pssmlt", target, chains::SENSOR, scene, seed, starts)
             }
             Chain::Jumps => {
                 let rjmlt = spec("rjmlt:large=0.1,jump=0.9")?;
                 let rjmlt = Rjmlt::from_spec(&rjmlt, &defaults).map_err(bad)?;
                 let target = PrimaryTarget::new(rjmlt.techniques, rjmlt.options);
-                chains::primary("rjmlt", target, scene, seed, starts)
+                chains::primary("rjmlt", target, chains::SELECTOR, scene, seed, starts)
             }
             Chain::PathSpace => {
                 let spec = spec("mlt:lens=0,caustic=0,multi=0,manifold=0")?;

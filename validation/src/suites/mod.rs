@@ -134,7 +134,7 @@ impl Suite {
         Suite {
             name: "pairs",
             summary: "every integrator against every other one on every scene of the library",
-            parts: vec![Part::Pairs { scenes: &[], size: 32, rays: 20_000_000, mdb: 0.005 }],
+            parts: vec![Part::Pairs { scenes: &[], size: 32, rays: 5_000_000, mdb: 0.005 }],
             config: Config::default(),
         }
     }
@@ -144,7 +144,7 @@ impl Suite {
         Suite {
             name: "exact",
             summary: "every integrator against every exact answer that it sees",
-            parts: vec![Part::Exact { scenes: &[], rays: 20_000_000, mdb: 0.005 }],
+            parts: vec![Part::Exact { scenes: &[], rays: 5_000_000, mdb: 0.005 }],
             config: Config::default(),
         }
     }
@@ -165,7 +165,7 @@ impl Suite {
         Suite {
             name: "hard",
             summary: "every integrator in other units, far from the origin, in closed boxes",
-            parts: vec![Part::Hard { rays: 4_000_000 }],
+            parts: vec![Part::Hard { rays: 1_000_000 }],
             config: Config::default(),
         }
     }

@@ -1,6 +1,7 @@
 //! L4: Markov chains, the driver and every mutation.
 
 mod answers;
+mod features;
 mod invariance;
 mod jumps;
 mod starts;
