@@ -1,7 +1,7 @@
 //! The public face of the tree.
 
 use super::layout::{Block, Node, Tree};
-use super::offset;
+use super::offset::Margins;
 use super::primitives::PrimRef;
 use super::{GeometryError, Primitives, build, lanes, traverse};
 use crate::math::Ray;
@@ -43,8 +43,8 @@ pub struct Accel {
     prims: Primitives,
     /// Largest magnitude of any coordinate of the bounds.
     extent: f32,
-    /// Error of the intersection test per triangle.
-    triangle_errors: Vec<f32>,
+    /// What positions on a triangle need, per triangle.
+    margins: Vec<Margins>,
     wide: bool,
 }
 
@@ -65,8 +65,8 @@ impl Accel {
             .iter()
             .map(|c| c.base.abs().max((c.base + c.axis).abs()).max_element() + c.radius);
         let extent = corners.chain(spheres).chain(disks).chain(cylinders).fold(0.0, f32::max);
-        let triangle_errors = prims.triangles.iter().map(offset::triangle_error).collect();
-        Ok(Accel { tree, prims, extent, triangle_errors, wide: has_avx2() })
+        let margins = prims.triangles.iter().map(|t| Margins::new(t, extent)).collect();
+        Ok(Accel { tree, prims, extent, margins, wide: has_avx2() })
     }
 
     /// The primitives the tree was built of.
@@ -130,8 +130,8 @@ impl Accel {
     }
 
     #[inline]
-    pub(super) fn triangle_error(&self, prim: u32) -> f32 {
-        self.triangle_errors[prim as usize]
+    pub(super) fn margins(&self, prim: u32) -> Margins {
+        self.margins[prim as usize]
     }
 
     #[inline]
