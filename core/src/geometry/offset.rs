@@ -122,11 +122,11 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
     [b[1], b[2]]
 }
 
-/// How far from an edge a hit is, in errors of the triangle: the ray that leaves it is moved by one of them, and the other wall may meet this one at an
-/// acute angle.
-const EDGE: f32 = 4.0;
+/// How far from an edge a hit is, in errors of the triangle. Measured with 2¹⁹ rays a mesh that leave points aimed at edges: escaped from a room 144 789 at 0,
+/// 134 at 1/16; from a fine one 19 at 1/4; none at 1/2; doubled.
+const EDGE: f32 = 1.0;
 
-/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves by more than 32 errors.
+/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves by more than 8 errors.
 const MAX_EDGE_SLIMNESS: f32 = 8.0;
 
 /// Factor of [`Margins::error`]. Measured with 10⁶ rays a mesh that leave triangles, half of them

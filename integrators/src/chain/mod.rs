@@ -53,8 +53,8 @@ pub trait ChainTarget: Send + Sync + 'static {
     /// same numbers it gives the same state. A W that is not finite is counted as a non-finite contribution and starts no chain.
     fn bootstrap(&self, scene: &Scene, u: &mut RandomStream) -> Option<(Self::State, f64)>;
 
-    /// The same sample where it has several states to offer: any number of x_i with E Σ_i W_i h(x_i) = ∫ f* h. Chains start at
-    /// one of the candidates of all samples, and b̂ is the mean of Σ_i W_i.
+    /// What a run's bootstrap draws: [`ChainTarget::bootstrap`], or, where a sample has several states to offer, any number of x_i with
+    /// E Σ_i W_i h(x_i) = ∫ f* h. Chains start at one of the candidates of all samples, and b̂ is the mean of Σ_i W_i.
     fn candidates(&self, scene: &Scene, u: &mut RandomStream, found: &mut Candidates) {
         if let Some((_, weight)) = self.bootstrap(scene, u) {
             found.add(Candidate { weight, key: 0, index: 0 });
