@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::Vec2;
-use pathspace_core::film::{Contribution, Families, Sink};
+use pathspace_core::Scene;
+use pathspace_core::film::Sink;
 use pathspace_core::random::{Address, PrimarySample, RandomStream};
-use pathspace_core::{Rgb, Scene};
 use pathspace_integrators::chain::{ChainTarget, Proposal, Reader, Writer};
 use pathspace_integrators::mmlt::Mmlt;
 use pathspace_integrators::primary::{Integrand, PrimaryTarget};
@@ -15,6 +15,7 @@ use pathspace_integrators::rjmlt::Rjmlt;
 use pathspace_integrators::{Defaults, Spec};
 use pathspace_validation::chains::{SELECTOR, SENSOR, invariance};
 
+use super::grey;
 use super::jumps::scenes;
 use crate::models;
 
@@ -40,15 +41,7 @@ impl ChainTarget for Drift {
 
     fn splat<S: Sink>(&self, scene: &Scene, x: &f32, weight: f64, sink: &mut S) {
         let width = scene.film().crop.width as f32;
-        sink.add(Contribution {
-            film: Vec2::new(x * width, 0.0),
-            value: Rgb::grey(weight as f32),
-            weight: 1.0,
-            s: 1,
-            t: 1,
-            emitter: 0,
-            families: Families::ALL,
-        });
+        sink.add(grey(Vec2::new(x * width, 0.0), weight));
     }
 
     fn encode(&self, x: &f32, out: &mut Writer) {

@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use glam::Vec2;
+use pathspace_core::Scene;
 use pathspace_core::description::FilmDescription;
-use pathspace_core::film::{Contribution, Families, Film, Layers, RecordingSink, Sink};
+use pathspace_core::film::{Film, Layers, RecordingSink, Sink};
 use pathspace_core::integrator::{Run, State};
 use pathspace_core::random::{Address, PrimarySample, RandomStream};
-use pathspace_core::{Rgb, Scene};
 use pathspace_integrators::chain::{
     Chain, ChainOptions, ChainRun, ChainTarget, Proposal, Reader, Writer,
 };
 use pathspace_validation::stats::{chi_squared_sf, normal_sf};
 
+use super::grey;
 use crate::models;
 
 const N: usize = 20;
@@ -86,15 +87,7 @@ impl ChainTarget for Toy {
     }
 
     fn splat<S: Sink>(&self, _: &Scene, x: &usize, weight: f64, sink: &mut S) {
-        sink.add(Contribution {
-            film: Vec2::new((x % 5) as f32 + 0.5, (x / 5) as f32 + 0.5),
-            value: Rgb::grey(weight as f32),
-            weight: 1.0,
-            s: 1,
-            t: 1,
-            emitter: 0,
-            families: Families::ALL,
-        });
+        sink.add(grey(Vec2::new((x % 5) as f32 + 0.5, (x / 5) as f32 + 0.5), weight));
     }
 
     fn encode(&self, x: &usize, out: &mut Writer) {
