@@ -9,9 +9,13 @@ use super::max_t::PermutationConfig;
 /// Tests whether the differences of paired replicates have mean zero in all cells, by a sum of squares that is cleared of its own noise.
 ///
 /// With D_r the differences of pair r in the cells c, U = Σ_{r≠s} Σ_c D_rc D_sc / v_c^{(−r,−s)}, v_c^{(−r,−s)} the mean of D² over the
-/// other pairs (a U-statistic as that of Chen & Qin 2010). Every term has mean zero under the null, because its three factors are
-/// independent: no skewness moves it, as it moves Σt and Σt². Its size is judged by random signs of whole pairs, which keep the correlation of
-/// the cells; p = (1+#)/(1+B). Sees a bias of any sign that is spread over many cells.
+/// other pairs in the cells c − 2 … c + 2 (a U-statistic as that of Chen & Qin 2010). Every term has mean zero under the null, because its three
+/// factors are independent: no skewness moves it, as it moves Σt and Σt². Its size is judged by random signs of whole pairs, which keep the
+/// correlation of the cells; p = (1+#)/(1+B). Sees a bias of any sign that is spread over many cells.
+///
+/// Order the cells so that neighbours have like noise. By the noise of each cell alone skewed differences would alarm too often: the weight of
+/// D_r D_s depends on D_t, that of D_r D_t on D_s, which correlates the two and makes U wider than random signs do. Simulated at 5 %, 16 pairs of 64
+/// independent cells of skewness 2 and 4: 6.2 and 10.8 % by each cell, 4.1 and 5.0 % by five.
 ///
 /// Fails on fewer than 4 pairs, other numbers of cells or of replicates, and non-finite values.
 pub fn spread_test(
@@ -48,28 +52,29 @@ pub fn spread_test(
 /// Σ_c D_rc D_sc / v_c^{(−r,−s)} for all s < r; they change with the signs of r and s alone.
 fn products(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let k = a.len();
-    let mut differences = vec![Vec::new(); k];
-    for cell in 0..a[0].len() {
-        let d: Vec<f64> = a.iter().zip(b).map(|(x, y)| x[cell] - y[cell]).collect();
-        let scale = (d.iter().map(|d| d * d).sum::<f64>() / k as f64).sqrt();
-        // Cells where every pair is equal are no hypotheses.
-        if scale > 0.0 {
-            for (row, d) in differences.iter_mut().zip(&d) {
-                row.push(d / scale);
+    // By cell; where every pair is equal there is no hypothesis.
+    let columns = (0..a[0].len())
+        .map(|c| -> Vec<f64> { a.iter().zip(b).map(|(x, y)| x[c] - y[c]).collect() });
+    let columns: Vec<Vec<f64>> = columns.filter(|d| d.iter().any(|d| *d != 0.0)).collect();
+    let mut sums: Vec<Vec<f64>> = (0..k).map(|r| vec![0.0; r]).collect();
+    for (c, own) in columns.iter().enumerate() {
+        let near = &columns[c.saturating_sub(NEAR)..columns.len().min(c + NEAR + 1)];
+        let squares: Vec<f64> = (0..k).map(|r| near.iter().map(|d| d[r] * d[r]).sum()).collect();
+        let (all, cells) = (squares.iter().sum::<f64>(), near.len() as f64);
+        for r in 0..k {
+            for s in 0..r {
+                // Where these two pairs are all there is, their weight is kept finite.
+                let rest =
+                    (all - squares[r] - squares[s]).max(1e-3 * all * (k - 2) as f64 / k as f64);
+                sums[r][s] += own[r] * own[s] * cells * (k - 2) as f64 / rest;
             }
         }
     }
-    let all = k as f64;
-    let product = |x: &[f64], y: &[f64]| -> f64 {
-        let term = |(x, y): (&f64, &f64)| {
-            // Where these two pairs are all there is, their weight is kept finite.
-            let rest = ((all - x * x - y * y) / (all - 2.0)).max(1e-3);
-            x * y / rest
-        };
-        x.iter().zip(y).map(term).sum()
-    };
-    (0..k).map(|r| (0..r).map(|s| product(&differences[r], &differences[s])).collect()).collect()
+    sums
 }
+
+/// Cells to each side whose noise counts as that of a cell.
+const NEAR: usize = 2;
 
 #[cfg(test)]
 mod tests {
@@ -93,6 +98,20 @@ mod tests {
         }
         let (low, high) = binomial_interval(hits, runs, 0.99).unwrap();
         assert!(low <= 0.06 && high <= 0.12, "{hits} of {runs}: [{low}, {high}]");
+    }
+
+    #[test]
+    fn very_skewed_differences_alarm_at_the_level() {
+        let mut source = Source::new(82);
+        let (runs, mut hits) = (2000, 0);
+        for _ in 0..runs {
+            // Of skewness 3.8; the noise of each cell alone would give 10 %.
+            let a = rows(16, 64, |_| source.normal().powi(2) * source.uniform());
+            let b = rows(16, 64, |_| 0.5);
+            hits += u64::from(spread_test(&a, &b, &B199).unwrap() <= 0.05);
+        }
+        let (low, high) = binomial_interval(hits, runs, 0.99).unwrap();
+        assert!(low <= 0.05 && high <= 0.07, "{hits} of {runs}: [{low}, {high}]");
     }
 
     #[test]
