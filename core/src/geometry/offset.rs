@@ -15,7 +15,7 @@ impl Accel {
     /// rounded once.
     ///
     /// A hit within rounding of an edge of its triangle is taken for one a little further in. On the edge itself it would lie on a wall that meets the
-    /// triangle there too, and what leaves it through that wall would not meet the wall. That is enough where walls meet at 45° or more; of 2¹⁹
+    /// triangle there too, and what leaves it through that wall would not meet the wall. That is enough where walls meet at more than 45°; of 2¹⁹
     /// rays that left points aimed at the edges of a sheared box 17 267 escaped at 40°, 62 653 at 30°.
     ///
     /// A hit that is not of this tree gives o + t·d.
