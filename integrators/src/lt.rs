@@ -15,7 +15,6 @@ use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
 use pathspace_core::measure::{Edge, Mass};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Origin, Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
 
@@ -122,11 +121,7 @@ impl PathEstimator for LightTracer {
             let lens = walk.lens(u);
             if !delta {
                 walk.connect(&vertex, index + 1, lens, |d| {
-                    let f = scene.scatter(&point, -ray.d, d);
-                    let f = mutant::swap(Mutant::ShadingAdjoint, f, |_| {
-                        scene.scatter(&point, d, -ray.d)
-                    });
-                    f * throughput
+                    scene.scatter(&point, -ray.d, d) * throughput
                 });
             }
             let (lobe, direction) = (u.next(), u.next2());
@@ -189,11 +184,6 @@ impl<S: Sink> Walk<'_, S> {
         let Some(film) = sensor.film_position(p, into_scene) else { return };
         let importance = sensor.importance(into_scene);
         let factor = edge.geometry_term() * importance / pdf.value();
-        let factor = mutant::swap(Mutant::CropScale, factor, |factor| {
-            let film = scene.film();
-            let part = film.crop.width as f64 * film.crop.height as f64;
-            factor * part / (film.width as f64 * film.height as f64)
-        });
         let value = scattered(edge.direction()) * factor as f32;
         if value.is_black() || !scene.visible(vertex, &on_lens) {
             return;

@@ -16,9 +16,8 @@ use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::measure::{Area, Density, Edge, End, Mass, SolidAngle};
+use pathspace_core::measure::{Density, Edge, End, Mass, SolidAngle};
 use pathspace_core::mis::Heuristic;
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
 use pathspace_core::scene::SurfacePoint;
@@ -181,12 +180,6 @@ impl PathTracer {
     }
 }
 
-/// Density of hitting x₀ along `edge` as the weights see it.
-#[inline]
-fn weighed(hit: Density<Area>, edge: &Edge) -> f64 {
-    mutant::swap(Mutant::CosineInWeights, hit.value(), |p| p / edge.cos_b())
-}
-
 /// The sensor subpath so far.
 struct Walk<'a, S> {
     tracer: &'a PathTracer,
@@ -224,7 +217,7 @@ impl<S: Sink> Walk<'_, S> {
             1.0
         } else {
             let direct = scene.pdf_direct(arrival.reference, &vertex);
-            self.tracer.heuristic.weight2(weighed(hit_pdf, &to_vertex), direct.value())
+            self.tracer.heuristic.weight2(hit_pdf.value(), direct.value())
         };
         let contribution =
             self.contribution(radiance * self.throughput, weight, (0, length + 1), emitter);
@@ -270,7 +263,7 @@ impl<S: Sink> Walk<'_, S> {
             1.0
         } else {
             let hit = edge.to_area(scatter.pdf * self.tracer.survival(length, scatter.survival));
-            self.tracer.heuristic.weight2(direct.pdf.value(), weighed(hit, &edge))
+            self.tracer.heuristic.weight2(direct.pdf.value(), hit.value())
         };
         let contribution = self.contribution(value, weight, (1, length + 1), direct.emitter);
         let pdf = direct.pdf.value();

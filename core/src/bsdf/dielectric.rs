@@ -9,7 +9,6 @@ use super::{
 };
 use crate::color::Rgb;
 use crate::measure::Mass;
-use crate::mutant::{self, Mutant};
 use crate::random::coordinate_between;
 
 /// Fresnel reflection and refraction by Snell's law; the normal points to the side of `ext_ior`.
@@ -82,11 +81,10 @@ impl Dielectric {
     /// This is the only place of that factor.
     #[inline]
     fn compression(eta: f64, mode: TransportMode) -> f32 {
-        let compressed = match mode {
-            TransportMode::Radiance => !mutant::is_on(Mutant::RadianceUncompressed),
-            TransportMode::Importance => mutant::is_on(Mutant::ImportanceCompressed),
-        };
-        if compressed { (1.0 / (eta * eta)) as f32 } else { 1.0 }
+        match mode {
+            TransportMode::Radiance => (1.0 / (eta * eta)) as f32,
+            TransportMode::Importance => 1.0,
+        }
     }
 
     /// Weight of the refracted lobe: its coefficient over its mass 1 − F.
@@ -130,13 +128,7 @@ impl Dielectric {
         if f64::from(u_lobe) < r {
             BsdfSample {
                 wi: reflect_about_z(wo),
-                weight: mutant::swap(
-                    Mutant::TotalReflection,
-                    self.specular_reflectance,
-                    |weight| {
-                        if r < 1.0 { weight } else { Rgb::BLACK }
-                    },
-                ),
+                weight: self.specular_reflectance,
                 pdf: ScatterPdf::Delta(Mass::new(r)),
                 value: self.specular_reflectance * r as f32,
                 event: ScatterEvent::Reflection,
@@ -144,7 +136,6 @@ impl Dielectric {
             }
         } else {
             let weight = self.transmission_weight(split.eta, mode);
-            let weight = mutant::swap(Mutant::LobeProbability, weight, |weight| weight * t as f32);
             BsdfSample {
                 wi: split.refracted,
                 weight,

@@ -9,7 +9,6 @@ use super::{Emitter, beam_density};
 use crate::color::Rgb;
 use crate::math::{Frame, Ray, warp};
 use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
-use crate::mutant::{self, Mutant};
 use crate::path::Vertex;
 use crate::scene::{SCENE_RADIUS, Scene, ShapeKind, SurfacePoint};
 
@@ -108,10 +107,7 @@ impl Scene {
                 (Vertex::InfiniteEmitter { emitter, to }, irradiance, at_delta())
             }
             Emitter::Constant { radiance } => {
-                let to = mutant::swap(Mutant::EnvironmentSine, warp::uniform_sphere(u), |_| {
-                    let ((sin, cos), phi) = ((PI as f32 * u[0]).sin_cos(), 2.0 * PI as f32 * u[1]);
-                    Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)
-                });
+                let to = warp::uniform_sphere(u);
                 (Vertex::InfiniteEmitter { emitter, to }, radiance, Density::new(0.25 / PI))
             }
         };
@@ -159,10 +155,6 @@ impl Scene {
                 let shape = &self.shapes()[shape as usize];
                 let point = self.area_sample_point(shape.sample_area(position));
                 let local = warp::cosine_hemisphere(direction);
-                let local = mutant::swap(Mutant::UniformEmission, local, |_| {
-                    let d = warp::uniform_sphere(direction);
-                    Vec3::new(d.x, d.y, d.z.abs())
-                });
                 let d = Frame::from_normal(point.n_g).to_world(local);
                 EmissionSample {
                     vertex: Vertex::Surface(point),
@@ -249,10 +241,6 @@ impl Scene {
             let point = self.curved_point(shape.first, cone.sample(u));
             // The density is that of the rounded point, so that sample and pdf agree.
             let pdf = self.pdf_shape_from(index, reference, &point);
-            let pdf = mutant::swap(Mutant::CosineAtLight, pdf, |pdf| {
-                let cos = Edge::new(&End::Point { p: reference }, &point.end()).cos_b();
-                Density::new(pdf.value() / cos)
-            });
             return (!pdf.is_zero()).then_some((point, pdf));
         }
         let point = self.area_sample_point(shape.sample_area(u));

@@ -2,7 +2,6 @@
 
 use super::layer::Layers;
 use super::sink::{Contribution, Sink};
-use crate::mutant::{self, Mutant};
 use crate::random::Address;
 
 /// A contribution that was NaN or infinite, with what makes it again.
@@ -63,10 +62,6 @@ impl Sink for Chunk {
     #[inline]
     fn add(&mut self, c: Contribution) {
         if c.value.is_black() {
-            return;
-        }
-        // Stands for connections that are NaN.
-        if mutant::is_on(Mutant::NanDropped) && c.s >= 2 && c.t >= 2 && c.film.x.fract() < 0.1 {
             return;
         }
         let finite = c.value.is_finite() && c.film.is_finite();

@@ -18,7 +18,6 @@ use glam::Vec3;
 use crate::bsdf::{ScatterPdf, TransportMode};
 use crate::color::Rgb;
 use crate::measure::{Density, Mass, SolidAngle};
-use crate::mutant::{self, Mutant};
 use crate::scene::{Scene, SurfacePoint};
 
 /// Largest probability to go on, so that walks in lossless media end.
@@ -128,7 +127,7 @@ impl Scene {
             TransportMode::Radiance => uncompressed *= sample.eta * sample.eta,
             TransportMode::Importance => {
                 let factor = adjoint_factor(point, from, wo.z, direction, sample.wi.z);
-                weight *= mutant::swap(Mutant::ShadingAdjoint, factor, |_| 1.0);
+                weight *= factor;
                 uncompressed = weight.max_channel();
             }
         }

@@ -12,7 +12,6 @@ use crate::color::Rgb;
 use crate::description::*;
 use crate::emitter::{Emitter, Emitters};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
-use crate::mutant::{self, Mutant};
 use crate::sensor::Sensor;
 
 impl Scene {
@@ -403,7 +402,7 @@ fn flat_normal(t: &DAffine3) -> Vec3 {
     let m = t.matrix3;
     let n = m.x_axis.cross(m.y_axis).normalize();
     // A mirror in the plane turns the cross product but not the side that +z is mapped to.
-    let mirrored = m.determinant() < 0.0 && !mutant::is_on(Mutant::MirroredSide);
+    let mirrored = m.determinant() < 0.0;
     let side = if mirrored { -1.0 } else { 1.0 };
     (n * side).as_vec3()
 }

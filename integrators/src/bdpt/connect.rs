@@ -15,7 +15,6 @@ use pathspace_core::color::Rgb;
 use pathspace_core::emitter::DirectSample;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::measure::{Density, Mass, SolidAngle};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Origin, Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
 
 use super::subpath::{SubpathVertex, WalkConfig};
@@ -135,8 +134,6 @@ impl<S: Sink> Connector<'_, S> {
         };
         let own = direct.pdf / x0.pdf;
         let weight = self.sensor.weights.for_emitter(origin.delta).weight(light, sensor_side, own);
-        let twice = |w| if origin.delta { 1.0 } else { w };
-        let weight = mutant::swap(Mutant::DeltaLightTwice, weight, twice);
         let contribution = Contribution {
             film: self.film,
             value: value * weight as f32,

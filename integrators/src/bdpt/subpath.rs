@@ -7,7 +7,6 @@ use pathspace_core::color::Rgb;
 use pathspace_core::emitter::NextDensity;
 use pathspace_core::math::Ray;
 use pathspace_core::measure::{Area, Density, Edge, End, Mass};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Vertex, WalkClass};
 use pathspace_core::random::PrimarySample;
 
@@ -93,9 +92,7 @@ impl WalkConfig {
             }
             edge = OpenEdge {
                 ray: point.spawn(sample.direction),
-                throughput: edge.throughput
-                    * sample.weight
-                    * mutant::swap(Mutant::RouletteUndivided, 1.0 / q.value(), |_| 1.0) as f32,
+                throughput: edge.throughput * sample.weight * (1.0 / q.value()) as f32,
                 next: NextDensity::Direction(sample.pdf * q),
             };
         }
@@ -153,8 +150,7 @@ impl WalkConfig {
         let Some((pdf, q)) = scene.scatter_event(point, to, last.from, opposite(self.mode)) else {
             return Density::ZERO;
         };
-        let roulette = self.roulette && !mutant::is_on(Mutant::RouletteForwardOnly);
-        let pdf = if roulette { pdf * q } else { pdf };
+        let pdf = if self.roulette { pdf * q } else { pdf };
         Edge::new(&End::Surface { p: point.p, n: point.n_g }, &before.end()).to_area(pdf)
     }
 }

@@ -19,7 +19,6 @@ use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::measure::{Area, Density};
 use pathspace_core::mis::Heuristic;
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::Vertex;
 
 use super::subpath::{Subpath, SubpathVertex};
@@ -163,9 +162,7 @@ impl Weights {
             [] => 0.0,
             [only] => self.power(side.last / only.pdf) * f64::from(self.start_can_be_hit(mode)),
             [.., before, last] => {
-                let forgotten =
-                    mode == TransportMode::Radiance && mutant::is_on(Mutant::TechniqueForgotten);
-                let can = before.connectible && side.connectible && !forgotten;
+                let can = before.connectible && side.connectible;
                 let one_less = if can { self.power(side.direct) } else { 0.0 };
                 let two_less = self.power(side.before / before.pdf) * last.weight.running;
                 self.power(side.last / last.pdf) * (one_less + two_less)

@@ -2,7 +2,6 @@
 
 use pathspace_core::Scene;
 use pathspace_core::driver;
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
 use rayon::prelude::*;
 
@@ -79,20 +78,6 @@ fn address(seed: u64, item: u64) -> Address {
 /// Each [group](Candidate::key) of candidates has chains of its own, weighted to its share of ΣW; within a group starts are drawn by strata of W in the order of the
 /// keys, one for each chain (stratified resampling). For each chain alone E w h(X₀) = Σ W_i h(x_i)/ΣW_i; together they miss no important part.
 pub fn bootstrap<T: ChainTarget>(
-    target: &T,
-    scene: &Scene,
-    seed: u64,
-    samples: u64,
-    chains: u64,
-) -> Bootstrap {
-    let boot = draw(target, scene, seed, samples, chains);
-    mutant::swap(Mutant::IndependentB, boot, |boot| {
-        let other = draw(target, scene, derive_seed(seed, 1), samples, chains);
-        Bootstrap { sum: other.sum, sum2: other.sum2, ..boot }
-    })
-}
-
-fn draw<T: ChainTarget>(
     target: &T,
     scene: &Scene,
     seed: u64,

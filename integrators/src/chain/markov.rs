@@ -2,7 +2,6 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::Sink;
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{PrimarySample, RandomStream};
 
 use super::{ChainTarget, Proposal};
@@ -86,7 +85,7 @@ impl<S: Clone + Send> Chain<S> {
         if let Some(contribution) = proposal.nonfinite {
             sink.add(contribution);
         }
-        self.owed += mutant::swap(Mutant::RejectedDropped, b * proposal.weight_current, |_| 0.0);
+        self.owed += b * proposal.weight_current;
         let Some(proposed) = proposal.state else { return false };
         let earned = b * proposal.weight_proposed + proposal.weight_independent;
         if decide < proposal.acceptance {

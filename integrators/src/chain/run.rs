@@ -7,7 +7,6 @@ use pathspace_core::color::Rgb;
 use pathspace_core::driver::{self, Work};
 use pathspace_core::film::{Chunk, Contribution, Families, Film, Sink};
 use pathspace_core::integrator::{IntegratorError, Run, State};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
 
 use super::bootstrap::bootstrap;
@@ -146,8 +145,7 @@ impl<T: ChainTarget> ChainRun<T> {
             .filter_map(|(c, &start)| {
                 let mut state = boot.replay(&self.target, scene, start)?;
                 self.target.place(&mut state, scene, c as u64, chains, self.seed);
-                let weight = mutant::swap(Mutant::ChainWeight, start.weight, |_| 1.0);
-                Some(Mutex::new(Chain::new(state, kinds).weighing(weight)))
+                Some(Mutex::new(Chain::new(state, kinds).weighing(start.weight)))
             })
             .collect();
         let work = Work { samples: 0, rays: boot.rays };

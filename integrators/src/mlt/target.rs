@@ -2,7 +2,6 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Families, Sink};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{PrimarySample, RandomStream};
 
 use super::mutator::Mutator;
@@ -123,7 +122,6 @@ impl ChainTarget for PathChain {
         match mutator.ln_transition_ratio(scene, x, &candidate) {
             Some(ln_ratio) if !ln_ratio.is_nan() => {
                 let f = self.target(y) / self.target(x);
-                let ln_ratio = mutant::swap(Mutant::ProposalAsymmetry, ln_ratio, |_| 0.0);
                 let a = f * ln_ratio.exp() * (total / self.total(y));
                 Proposal::new(candidate.path, if a.is_nan() { 0.0 } else { a }, kind)
             }

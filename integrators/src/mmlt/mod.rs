@@ -12,7 +12,6 @@ use std::sync::Arc;
 use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{PathRecord, Technique};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream, coordinate_between};
 
@@ -152,8 +151,7 @@ impl Integrand for Multiplexed {
         u.stream(Stream::Connection);
         let s = (u.next() as f64 * f64::from(count)) as usize;
         let technique = Technique::new(s, usize::from(k) + 1 - s);
-        let factor = mutant::swap(Mutant::Multiplexing, count as f32, |_| 1.0);
-        let mut sink = Times { sink, factor };
+        let mut sink = Times { sink, factor: count as f32 };
         self.bdpt.estimate_technique(scene, technique, u, &mut sink);
     }
 

@@ -2,7 +2,6 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Sink};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream, derive_seed};
 use rayon::prelude::*;
 
@@ -42,10 +41,7 @@ pub trait Integrand: Send + Sync + 'static {
         let (part, probability) = self.part(u);
         let mut list = Vec::new();
         self.evaluate(scene, part, u, &mut List(&mut list));
-        let all: f64 = list.iter().map(&scalar).sum();
-        let w = mutant::swap(Mutant::OtherLengths, all, |_| {
-            list.iter().filter(|c| c.length() > 2).map(&scalar).sum()
-        });
+        let w: f64 = list.iter().map(&scalar).sum();
         let film = list.first().map_or(glam::Vec2::ZERO, |c| c.film);
         let key = film_key(scene, part, film);
         found.add(Candidate { weight: w / probability, key, index: 0 });
@@ -252,8 +248,7 @@ impl<I: Integrand> PrimaryTarget<I> {
         let proposal = Proposal::new(state, w_y / w_x, 0);
         Proposal {
             weight_current: proposal.weight_current * share_x,
-            weight_proposed: proposal.weight_proposed
-                * mutant::swap(Mutant::LargeStepWeight, share_y, |_| 1.0),
+            weight_proposed: proposal.weight_proposed * share_y,
             weight_independent: if self.mixes() { self.pilot_b * share_y } else { 0.0 },
             independent: self.options.redraw.then_some(w_y),
             ..proposal

@@ -1,6 +1,5 @@
 //! Points of primary sample space, realised coordinate by coordinate.
 
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
 use super::kernel::{GRID, Kernel, Perturbation};
@@ -253,13 +252,7 @@ impl PrimarySample for Moving<'_> {
             } else {
                 self.kernel.apply(current, 1, self.u)
             };
-            if mutant::is_on(Mutant::RejectedKept)
-                && let Some(c) = self.from.streams[stream].get_mut(index)
-            {
-                c.value = value;
-            }
-            let time = mutant::swap(Mutant::LazyTime, self.to.time, |time| time - 1);
-            let c = Coordinate { value, time };
+            let c = Coordinate { value, time: self.to.time };
             let list = &mut self.to.streams[stream];
             match list.get_mut(index) {
                 Some(old) => *old = c,

@@ -2,7 +2,6 @@
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, RecordingSink};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Path, PathRecord, Technique, Vertex};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
 
@@ -51,8 +50,7 @@ pub(super) fn jump(
     let back = (1.0 - stays(&there.contribution)) * share(&weights_there, to, from);
     let forth = (1.0 - stays(&here.contribution)) * share(&weights, from, to);
     let ln_jacobian = there.record.ln_pdf - here.record.ln_pdf;
-    let jacobian = mutant::swap(Mutant::JumpJacobian, ln_jacobian.exp(), |_| 1.0);
-    let factor = jacobian * back / forth;
+    let factor = ln_jacobian.exp() * back / forth;
     if !factor.is_finite() {
         return Jump::Lost;
     }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use pathspace_core::Scene;
 use pathspace_core::film::Film;
 use pathspace_core::integrator::{Integrator, IntegratorError};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::random::derive_seed;
 use rayon::prelude::*;
 
@@ -51,7 +50,7 @@ pub(crate) fn replicates(
 ) -> Result<Batch, IntegratorError> {
     let one = |r: u64| {
         let mut film = Film::new(scene.film(), Observation::LAYERS);
-        let own = derive_seed(seed, mutant::swap(Mutant::SharedSeed, r, |_| 0));
+        let own = derive_seed(seed, r);
         let mut run = integrator.start(Arc::clone(scene), own)?;
         let mut rays = (0, 0);
         for step in 0..steps.max(1) {
