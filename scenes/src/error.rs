@@ -4,6 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::note::Note;
+
 /// Where in the input something stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -54,7 +56,7 @@ impl fmt::Display for Known {
 #[non_exhaustive]
 pub enum SceneFileError {
     /// A file cannot be read.
-    #[error("{place}: cannot read \"{file}\": {reason}")]
+    #[error("{place}: cannot read \"{}\": {reason}", shortened(.file))]
     Read {
         /// The element that refers to the file, or the file itself.
         place: Place,
@@ -98,7 +100,7 @@ pub enum SceneFileError {
         known: Known,
     },
     /// A plug-in type that is not understood.
-    #[error("{place}: {class} type \"{plugin}\" is not understood; known: {known}")]
+    #[error("{place}: {class} type \"{plugin}\" is not understood{}; known: {known}", because(.reason))]
     Plugin {
         /// Place of the element.
         place: Place,
@@ -106,6 +108,8 @@ pub enum SceneFileError {
         class: String,
         /// The type that was asked for.
         plugin: String,
+        /// Why it is not there, where that is known.
+        reason: Option<String>,
         /// Types that are understood.
         known: Known,
     },
@@ -157,6 +161,17 @@ pub enum SceneFileError {
         /// What is wrong, with the value.
         reason: String,
     },
+    /// Several plug-ins that are not understood, all of a scene.
+    #[error("{place}: {} are not understood: {}", count_things(.missing), .missing.join("; "))]
+    Missing {
+        /// Place of the first one.
+        place: Place,
+        /// What is missing, one entry for each kind, such as `bsdf "hair" (3 times, first in line 7)`.
+        missing: Vec<String>,
+    },
+    /// A note of the reader where it is strict.
+    #[error("{0} (an error because of --strict)")]
+    Strict(Box<Note>),
     /// A scene that is well-formed but makes no sense.
     #[error("{place}: {reason}")]
     Scene {
@@ -165,6 +180,23 @@ pub enum SceneFileError {
         /// What is wrong.
         reason: String,
     },
+}
+
+/// A name that fits on a line: the end of a long path says more than its start.
+fn shortened(name: &str) -> String {
+    let plain: Vec<char> = name.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    match plain.len() {
+        0..=200 => plain.into_iter().collect(),
+        n => std::iter::once('…').chain(plain[n - 199..].iter().copied()).collect(),
+    }
+}
+
+fn because(reason: &Option<String>) -> String {
+    reason.as_ref().map_or(String::new(), |reason| format!(" ({reason})"))
+}
+
+fn count_things(missing: &[String]) -> String {
+    format!("{} things", missing.len())
 }
 
 /// Result of everything that reads scene files.

@@ -25,10 +25,13 @@ pub mod error;
 pub mod library;
 mod load;
 mod mesh;
+mod note;
 mod plugins;
 pub mod source;
+mod spectrum;
 mod xml;
 
 pub use error::SceneFileError;
-pub use load::{LoadedScene, load, load_from, load_str};
+pub use load::{LoadOptions, LoadedScene, load, load_from, load_str, load_with};
+pub use note::{Note, NoteKind};
 pub use plugins::RenderDefaults;

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use pathspace_core::description::SceneDescription;
 
-use crate::error::{Place, Result};
+use crate::error::{Place, Result, SceneFileError};
+use crate::note::Note;
 use crate::plugins::{Context, RenderDefaults, read_scene};
 use crate::source::{Disk, FileSource};
 use crate::xml::{Files, Parameters, parse_scene};
@@ -16,13 +17,24 @@ pub struct LoadedScene {
     pub description: SceneDescription,
     /// How the file wants to be rendered.
     pub defaults: RenderDefaults,
-    /// What was ignored or mended, one line each.
-    pub warnings: Vec<String>,
+    /// What was ignored, mended or not known, in the order of the file.
+    pub notes: Vec<Note>,
     /// BLAKE3 of the content, in hexadecimal: elements and attributes after parameters are put
     /// in, and mesh files. Comments, white space and file names do not count.
     pub hash: String,
     /// Name of the file without its ending; of its folder where the file is called `scene`.
     pub name: String,
+}
+
+/// What a caller may ask of the reader.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Values for `$name` in the file.
+    pub params: Vec<(String, String)>,
+    /// Makes errors of what the reader does not know or reads as something else; see [`crate::NoteKind`].
+    pub strict: bool,
+    /// Which of several sensors is meant, from 0 in the order of the file.
+    pub sensor: usize,
 }
 
 /// Reads a scene file. `params` are values for `$name` in the file.
@@ -42,11 +54,24 @@ pub fn load_from(
     path: &Path,
     params: &[(String, String)],
 ) -> Result<LoadedScene> {
+    let options = LoadOptions { params: params.into(), ..LoadOptions::default() };
+    load_with(source, path, &options)
+}
+
+/// Reads a scene file with all options.
+///
+/// # Errors
+/// As [`load`]; also what [`LoadOptions::strict`] makes an error, and a sensor that the file does not have.
+pub fn load_with(
+    source: &dyn FileSource,
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<LoadedScene> {
     let file = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
     let files = Files::new(source, folder);
     let text = files.read(path, &Place::file(file.clone()))?;
-    read(&text, &file, files, params)
+    read(&text, &file, files, options)
 }
 
 /// Reads a scene from a text; `file` is its name in messages, files that it refers to come from
@@ -61,21 +86,32 @@ pub fn load_str(
     params: &[(String, String)],
 ) -> Result<LoadedScene> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
-    read(text.as_bytes(), file, Files::new(source, folder), params)
+    let options = LoadOptions { params: params.into(), ..LoadOptions::default() };
+    read(text.as_bytes(), file, Files::new(source, folder), &options)
 }
 
 fn read(
     text: &[u8],
     file: &str,
     mut files: Files<'_>,
-    params: &[(String, String)],
+    options: &LoadOptions,
 ) -> Result<LoadedScene> {
-    let mut params = Parameters::new(params);
-    let graph = parse_scene(text, file, &mut files, &mut params)?;
-    let mut context = Context::new(&graph, files);
-    let (description, defaults) = read_scene(&mut context)?;
-    let (hash, warnings) = (context.files.finish(), context.warnings);
-    Ok(LoadedScene { description, defaults, warnings, hash, name: name_of(file) })
+    let mut params = Parameters::new(&options.params);
+    let mut graph = parse_scene(text, file, &mut files, &mut params)?;
+    let notes = std::mem::take(&mut graph.notes);
+    if options.sensor > 0 {
+        files.hash(&options.sensor.to_le_bytes());
+    }
+    let mut context = Context::new(&graph, files, notes);
+    let (description, defaults) = read_scene(&mut context, options.sensor)?;
+    let Context { files, notes, .. } = context;
+    if options.strict
+        && let Some(note) = notes.strict_error()
+    {
+        return Err(SceneFileError::Strict(Box::new(note.clone())));
+    }
+    let hash = files.finish();
+    Ok(LoadedScene { description, defaults, notes: notes.into_list(), hash, name: name_of(file) })
 }
 
 /// "…/cornell-box/scene.xml" → "cornell-box"; "a/b.xml" → "b".

@@ -5,4 +5,6 @@ mod meshes;
 mod mutated;
 mod plugins;
 mod references;
+mod shared_cases;
 mod shared_scenes;
+mod tolerant;

@@ -146,7 +146,7 @@ fn triangles_against_their_normals_are_turned_with_a_note() {
     let mesh = mesh(&loaded.description.shapes[0]);
     assert_eq!(mesh.triangles.len(), 3);
     assert_eq!(mesh.triangles[2], [2, 0, 1]);
-    assert_eq!(loaded.warnings.iter().filter(|w| w.contains("1 of 3 triangles")).count(), 1);
+    assert_eq!(loaded.notes.iter().filter(|n| n.text.contains("1 of 3 triangles")).count(), 1);
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn triangles_without_area_are_dropped_with_their_count() {
     let loaded = load("m.obj", text.as_bytes(), "");
     assert_eq!(mesh(&loaded.description.shapes[0]).triangles.len(), 2);
     let note = "2 of 4 triangles have no area: dropped";
-    assert!(loaded.warnings.iter().any(|w| w.contains(note)), "{:?}", loaded.warnings);
+    assert!(loaded.notes.iter().any(|n| n.text.contains(note)), "{:?}", loaded.notes);
 }
 
 #[test]

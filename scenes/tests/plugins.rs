@@ -270,14 +270,14 @@ fn integrators_become_pt_and_lt() {
 }
 
 #[test]
-fn technical_properties_are_warned_of_once() {
+fn technical_properties_are_noted_once() {
     let film = "<film type=\"hdrfilm\"><boolean name=\"banner\" value=\"false\"/>\
                 <string name=\"pixel_format\" value=\"rgb\"/></film>";
     let loaded = new(&format!(
         "<sensor type=\"perspective\">{film}</sensor>\n\
                                <sensor type=\"perspective\">{film}</sensor>"
     ));
-    let about = |name: &str| loaded.warnings.iter().filter(|w| w.contains(name)).count();
+    let about = |name: &str| loaded.notes.iter().filter(|n| n.text.contains(name)).count();
     assert_eq!((about("banner"), about("pixel_format"), about("2 sensors")), (1, 1, 1));
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Prepared {
     pub(super) defaults: Defaults,
 }
 
-/// Reads, adjusts and builds the scene; warnings of the reader go to stderr.
+/// Reads, adjusts and builds the scene; notes of the reader go to stderr.
 pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
     prepare_with(args, false)
 }
@@ -36,8 +36,8 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
 /// [`prepare`] with the box filter, which all renderers share, where asked for.
 pub(super) fn prepare_with(args: &SceneArgs, box_filter: bool) -> Result<Prepared> {
     let mut loaded = load(args)?;
-    for warning in &loaded.warnings {
-        say(&format!("warning: {warning}"));
+    for note in &loaded.notes {
+        say(&format!("note: {note}"));
     }
     let film = &mut loaded.description.film;
     if let Some((width, height)) = args.size {

@@ -180,7 +180,7 @@ fn the_integrator_of_the_scene_is_the_default() {
 }
 
 #[test]
-fn warnings_of_the_reader_are_told_once() {
+fn notes_of_the_reader_are_told_once() {
     let folder = Folder::new();
     let scene = folder.write(
         "a.xml",
@@ -191,11 +191,11 @@ fn warnings_of_the_reader_are_told_once() {
     );
     let output = run(&["render", &scene, "--spp", "1", "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let warnings = stderr(&output);
-    assert!(warnings.lines().count() >= 1, "{warnings}");
-    assert!(warnings.lines().all(|l| l.starts_with("warning: ") && l.contains("a.xml")));
-    let banner = warnings.lines().filter(|l| l.contains("banner")).count();
-    assert_eq!(banner, 1, "{warnings}");
+    let notes = stderr(&output);
+    assert!(notes.lines().count() >= 1, "{notes}");
+    assert!(notes.lines().all(|l| l.starts_with("note: ") && l.contains("a.xml")));
+    let banner = notes.lines().filter(|l| l.contains("banner")).count();
+    assert_eq!(banner, 1, "{notes}");
     assert!((last_line(&output)["mean"][0].as_f64().unwrap() - 0.5).abs() < 1e-6);
 }
 

@@ -53,10 +53,10 @@ fn every_scene_is_well_formed_and_has_exactly_the_files_it_refers_to() {
 }
 
 #[test]
-fn every_scene_loads_without_warnings() {
+fn every_scene_loads_without_notes() {
     for scene in all() {
         let loaded = scene.load(&[]).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
-        assert!(loaded.warnings.is_empty(), "{}: {:?}", scene.name, loaded.warnings);
+        assert!(loaded.notes.is_empty(), "{}: {:?}", scene.name, loaded.notes);
         assert_eq!(loaded.name, scene.name);
         assert_eq!((loaded.description.film.width, loaded.description.film.height), (256, 256));
     }

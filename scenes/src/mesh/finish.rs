@@ -14,7 +14,7 @@ pub(crate) struct Options {
 }
 
 /// Drops triangles without area, gives unit normals, and makes the winding agree with the vertex
-/// normals of the file, which decide the side in Mitsuba. Notes are warnings for the user.
+/// normals of the file, which decide the side in Mitsuba. Notes are for the user. Where no triangle has area, none is left.
 pub(crate) fn finish(
     raw: &RawMesh,
     to_world: &DAffine3,
@@ -34,7 +34,10 @@ pub(crate) fn finish(
     let before = mesh.triangles.len();
     mesh.triangles.retain(|t| has_area(&mesh.positions, t));
     match (before, mesh.triangles.len()) {
-        (before, 0) => return Err(format!("all {before} triangles have no area")),
+        (before, 0) => {
+            notes.push(format!("all {before} triangles have no area: left out"));
+            return Ok(mesh);
+        }
         (before, after) if before > after => {
             notes.push(format!("{} of {before} triangles have no area: dropped", before - after));
         }

@@ -3,13 +3,11 @@
 use pathspace_core::Rgb;
 use pathspace_core::description::{MaterialKind, MicrofacetKind};
 
-use super::props::{Colour, Props};
-use super::{Context, ior, metals, unknown_plugin};
+use super::props::{Props, rounded};
+use super::{Context, ior, metals, support};
 use crate::error::{Result, SceneFileError};
-
-/// Types that are understood.
-const KNOWN: [&str; 6] =
-    ["diffuse", "dielectric", "conductor", "roughconductor", "twosided", "null"];
+use crate::note::NoteKind;
+use crate::spectrum::Meaning;
 
 /// Reads the bsdf with this index.
 pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<MaterialKind> {
@@ -29,19 +27,21 @@ fn nested(
     }
     within.push(index);
     let kind = match object.plugin.as_str() {
-        "diffuse" => MaterialKind::Diffuse { reflectance: props.reflectance("reflectance", 0.5)? },
+        "diffuse" => {
+            MaterialKind::Diffuse { reflectance: props.reflectance(context, "reflectance", 0.5)? }
+        }
         "dielectric" => MaterialKind::Dielectric {
             int_ior: index_of_refraction(&mut props, "int_ior", "bk7")?,
             ext_ior: index_of_refraction(&mut props, "ext_ior", "air")?,
-            specular_reflectance: props.reflectance("specular_reflectance", 1.0)?,
-            specular_transmittance: props.reflectance("specular_transmittance", 1.0)?,
+            specular_reflectance: props.reflectance(context, "specular_reflectance", 1.0)?,
+            specular_transmittance: props.reflectance(context, "specular_transmittance", 1.0)?,
         },
         "conductor" => {
-            let (eta, k) = metal(&mut props)?;
-            let specular_reflectance = props.reflectance("specular_reflectance", 1.0)?;
+            let (eta, k) = metal(context, &mut props)?;
+            let specular_reflectance = props.reflectance(context, "specular_reflectance", 1.0)?;
             MaterialKind::Conductor { eta, k, specular_reflectance }
         }
-        "roughconductor" => rough_conductor(&mut props)?,
+        "roughconductor" => rough_conductor(context, &mut props)?,
         "twosided" => {
             let children = props.nested("bsdf")?;
             let mut models = Vec::new();
@@ -59,10 +59,10 @@ fn nested(
             two_sided(&props, models)?
         }
         "null" => MaterialKind::Null,
-        _ => return Err(unknown_plugin(object, &KNOWN)),
+        _ => return Err(support::unknown(object)),
     };
     within.pop();
-    props.finish()?;
+    props.finish(context)?;
     Ok(kind)
 }
 
@@ -101,37 +101,108 @@ fn index_of_refraction(props: &mut Props<'_>, name: &str, default: &str) -> Resu
 }
 
 /// Complex refractive index relative to the outside: a named material, or eta and k, which are 0
-/// and 1 where missing (a perfect mirror).
-fn metal(props: &mut Props<'_>) -> Result<(Rgb, Rgb)> {
-    if let Some(name) = props.string("material")? {
-        let known = metals::by_name(name);
-        if props.has("eta") || props.has("k") {
-            return Err(props.error("has \"material\" and \"eta\" or \"k\": give one or the other"));
-        }
-        let Some((eta, k)) = known else {
-            let names = metals::names();
-            return Err(props.refuse("material", &format!("one of {names} (or give eta and k)")));
-        };
-        return Ok((eta, k));
+/// and 1 where missing (a perfect mirror). Files of 0.x mean copper where they give nothing.
+fn metal(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<(Rgb, Rgb)> {
+    let old = props.object.old;
+    let given = props.has("eta") || props.has("k");
+    let name = props.string("material")?;
+    if name.is_some() && given && !old {
+        return Err(props.error("has \"material\" and \"eta\" or \"k\": give one or the other"));
     }
-    let eta = props.colour("eta", f64::INFINITY)?.map_or(Rgb::BLACK, Colour::factor);
-    let k = props.colour("k", f64::INFINITY)?.map_or(Rgb::WHITE, Colour::factor);
+    let name = match name {
+        None if old && !given => Some("Cu"),
+        other => other,
+    };
+    let (eta, k) = match name {
+        Some(name) => {
+            let Some(both) = metals::by_name(name) else {
+                let names = metals::names();
+                return Err(
+                    props.refuse("material", &format!("one of {names} (or give eta and k)"))
+                );
+            };
+            both
+        }
+        None => (Rgb::BLACK, Rgb::WHITE),
+    };
+    let any = [f64::NEG_INFINITY, f64::INFINITY];
+    let given_eta = props.colour(context, "eta", Meaning::Factor, any)?;
+    let given_k = props.colour(context, "k", Meaning::Factor, any)?;
+    if given_eta.iter().chain(&given_k).flatten().any(|v| *v < 0.0) {
+        let text = "negative components of \"eta\" and \"k\" count as positive: \
+                    Fresnel's equations have their squares only";
+        context.note(NoteKind::Mended, text, props.place());
+    }
+    let eta = given_eta.map_or(eta, |v| rounded(v.map(f64::abs)));
+    let mut k = given_k.map_or(k, |v| rounded(v.map(f64::abs)));
+    // 0 + 0i reflects everything, and so does 0 + 1i, without a division of 0 by 0.
+    for (channel, eta) in [&mut k.r, &mut k.g, &mut k.b].into_iter().zip(eta.to_array()) {
+        if eta == 0.0 && *channel == 0.0 {
+            *channel = 1.0;
+        }
+    }
     // Mitsuba 0.5 gives the outside apart; Mitsuba 3 knows only the ratio.
-    if props.object.old && props.has("ext_eta") {
+    if old && props.has("ext_eta") {
         let outside = index_of_refraction(props, "ext_eta", "air")?;
         return Ok((eta / outside, k / outside));
     }
     Ok((eta, k))
 }
 
-fn rough_conductor(props: &mut Props<'_>) -> Result<MaterialKind> {
-    let distribution = match props.string("distribution")?.map(str::to_ascii_lowercase).as_deref() {
-        None | Some("beckmann") => MicrofacetKind::Beckmann,
-        Some("ggx") => MicrofacetKind::Ggx,
-        Some(_) => return Err(props.refuse("distribution", "one of beckmann, ggx")),
+/// Smallest roughness: Mitsuba takes it for every smaller one.
+const MIN_ALPHA: f64 = 1e-4;
+
+/// Largest roughness: beyond it the squares of the distribution leave the range of single precision.
+const MAX_ALPHA: f64 = 1e4;
+
+fn rough_conductor(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<MaterialKind> {
+    let distribution = distribution(context, props)?;
+    let [alpha_u, alpha_v] = roughness(context, props)?;
+    let sample_visible = props.boolean("sample_visible")?.unwrap_or(true);
+    let (eta, k) = metal(context, props)?;
+    Ok(MaterialKind::RoughConductor {
+        distribution,
+        alpha_u,
+        alpha_v,
+        sample_visible,
+        eta,
+        k,
+        specular_reflectance: props.reflectance(context, "specular_reflectance", 1.0)?,
+    })
+}
+
+fn distribution(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<MicrofacetKind> {
+    match props.string("distribution")?.map(str::to_ascii_lowercase).as_deref() {
+        None | Some("beckmann") => Ok(MicrofacetKind::Beckmann),
+        Some("ggx") => Ok(MicrofacetKind::Ggx),
+        // Mitsuba 0.x has both, with exponents that it makes of alpha so that they look like Beckmann's.
+        Some(name @ ("phong" | "as")) if props.object.old => {
+            let text = format!("distribution \"{name}\" is read as \"beckmann\"");
+            context.note(NoteKind::Differs, text, props.place());
+            Ok(MicrofacetKind::Beckmann)
+        }
+        Some(_) => Err(props.refuse("distribution", "one of beckmann, ggx")),
+    }
+}
+
+/// `alpha`, or `alpha_u` and `alpha_v`; 0.1 by default.
+fn roughness(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<[f32; 2]> {
+    let mut read = |name: &str| -> Result<Option<f64>> {
+        match props.float(name)? {
+            Some(v) if v < 0.0 => Err(props.refuse(name, "a number ≥ 0")),
+            Some(v) if v > MAX_ALPHA => {
+                Err(props.refuse(name, &format!("a number up to {MAX_ALPHA}")))
+            }
+            Some(v) if v < MIN_ALPHA => {
+                let text = format!("property \"{name}\" below {MIN_ALPHA} counts as {MIN_ALPHA}");
+                context.note(NoteKind::Mended, text, props.place());
+                Ok(Some(MIN_ALPHA))
+            }
+            other => Ok(other),
+        }
     };
-    let alpha = props.positive("alpha")?;
-    let (alpha_u, alpha_v) = match (alpha, props.positive("alpha_u")?, props.positive("alpha_v")?) {
+    let (alpha, u, v) = (read("alpha")?, read("alpha_u")?, read("alpha_v")?);
+    let (u, v) = match (alpha, u, v) {
         (None, None, None) => (0.1, 0.1),
         (Some(both), None, None) => (both, both),
         (None, Some(u), Some(v)) => (u, v),
@@ -140,15 +211,5 @@ fn rough_conductor(props: &mut Props<'_>) -> Result<MaterialKind> {
             return Err(props.error("has \"alpha\" and \"alpha_u\" or \"alpha_v\""));
         }
     };
-    let sample_visible = props.boolean("sample_visible")?.unwrap_or(true);
-    let (eta, k) = metal(props)?;
-    Ok(MaterialKind::RoughConductor {
-        distribution,
-        alpha_u: alpha_u as f32,
-        alpha_v: alpha_v as f32,
-        sample_visible,
-        eta,
-        k,
-        specular_reflectance: props.reflectance("specular_reflectance", 1.0)?,
-    })
+    Ok([u as f32, v as f32])
 }

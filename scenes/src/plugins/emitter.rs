@@ -5,19 +5,20 @@ use pathspace_core::Rgb;
 use pathspace_core::description::EmitterDescription;
 
 use super::props::Props;
-use super::{Context, unknown_plugin};
+use super::{Context, support};
 use crate::error::{Result, SceneFileError};
 
 /// Radiance of the area emitter with this index, nested in a shape.
 pub(super) fn read_area(context: &mut Context<'_>, index: usize) -> Result<Rgb> {
     let object = &context.graph.objects[index];
     if object.plugin != "area" {
-        return Err(unknown_plugin(object, &["area"]));
+        let reason = format!("{} cannot stand in a shape, only \"area\"", object.title());
+        return Err(SceneFileError::Scene { place: object.place.clone(), reason });
     }
     let mut props = Props::new(context.graph, object);
-    let radiance = props.light("radiance")?;
+    let radiance = props.light(context, "radiance")?;
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
-    props.finish()?;
+    props.finish(context)?;
     Ok(radiance)
 }
 
@@ -35,7 +36,7 @@ pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<Emitt
             let moved = to_world.map(|t| t.translation);
             EmitterDescription::Point {
                 position: position.or(moved).unwrap_or(DVec3::ZERO),
-                intensity: props.light("intensity")?,
+                intensity: props.light(context, "intensity")?,
             }
         }
         "directional" => {
@@ -49,16 +50,15 @@ pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<Emitt
             let Some(direction) = direction.try_normalize() else {
                 return Err(props.refuse("direction", "a direction other than 0, 0, 0"));
             };
-            EmitterDescription::Directional { direction, irradiance: props.light("irradiance")? }
+            EmitterDescription::Directional {
+                direction,
+                irradiance: props.light(context, "irradiance")?,
+            }
         }
-        "constant" => EmitterDescription::Constant { radiance: props.light("radiance")? },
-        "area" => {
-            let reason = "emitter \"area\" must stand in a <shape>".into();
-            return Err(SceneFileError::Scene { place: object.place.clone(), reason });
-        }
-        _ => return Err(unknown_plugin(object, &["area", "constant", "directional", "point"])),
+        "constant" => EmitterDescription::Constant { radiance: props.light(context, "radiance")? },
+        _ => return Err(support::unknown(object)),
     };
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
-    props.finish()?;
+    props.finish(context)?;
     Ok(emitter)
 }

@@ -2,9 +2,10 @@
 
 use pathspace_core::description::{Crop, FilmDescription, FilterKind};
 
+use super::Context;
 use super::props::Props;
-use super::{Context, unknown_plugin};
 use crate::error::Result;
+use crate::note::NoteKind;
 
 /// Largest width and height: a row must fit in memory many times.
 const MAX_SIZE: u32 = 1 << 16;
@@ -26,7 +27,8 @@ const DEFAULT_FILTER: FilterKind = FilterKind::Gaussian { stddev: 0.5 };
 pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<FilmDescription> {
     let object = &context.graph.objects[index];
     if object.plugin != "hdrfilm" {
-        return Err(unknown_plugin(object, &["hdrfilm", "ldrfilm (files before 2.0)"]));
+        let text = format!("{} is read as \"hdrfilm\"", object.title());
+        context.note(NoteKind::Differs, text, &object.place);
     }
     let mut props = Props::new(context.graph, object);
     let width = props.count("width", 1, MAX_SIZE)?.unwrap_or(768);
@@ -56,7 +58,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<FilmDescri
     props.ignore(context, &display, "it concerns display only");
     let sums = ["compensate", "sample_border", "high_quality_edges"];
     props.ignore(context, &sums, "the film is summed in its own way");
-    props.finish()?;
+    props.finish(context)?;
     Ok(FilmDescription { width, height, crop, filter })
 }
 
@@ -67,9 +69,14 @@ fn read_filter(context: &mut Context<'_>, index: usize) -> Result<FilterKind> {
         "box" => FilterKind::Box,
         "tent" => FilterKind::Tent { radius: width(&mut props, "radius", 1.0)? },
         "gaussian" => FilterKind::Gaussian { stddev: width(&mut props, "stddev", 0.5)? },
-        _ => return Err(unknown_plugin(object, &["box", "gaussian", "tent"])),
+        // Filters with negative lobes: splats would make negative pixels.
+        _ => {
+            let text = format!("{} is read as \"gaussian\"", object.title());
+            context.note(NoteKind::Differs, text, &object.place);
+            return Ok(DEFAULT_FILTER);
+        }
     };
-    props.finish()?;
+    props.finish(context)?;
     Ok(filter)
 }
 
@@ -85,22 +92,15 @@ fn width(props: &mut Props<'_>, name: &str, default: f64) -> Result<f64> {
 pub(super) fn read_sampler(context: &mut Context<'_>, index: usize) -> Result<Option<u32>> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);
-    let known = ["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
-    // Mitsuba 0.5 has these as well.
-    let old = ["halton", "hammersley", "sobol"];
     let name = object.plugin.as_str();
-    let understood = known.contains(&name) || (object.old && old.contains(&name));
-    if !understood {
-        return Err(unknown_plugin(object, &known));
-    }
     if name != "independent" {
         let text = format!("sampler \"{name}\" is read as \"independent\"");
-        context.warn_once(&text, &object.place);
+        context.note(NoteKind::Mended, text, &object.place);
     }
     let count = props.count("sample_count", 1, u32::MAX)?;
     let why = "random numbers are addressed by the seed of the run";
     let names = ["seed", "jitter", "dimension", "scramble", "strength"];
     props.ignore(context, &names, why);
-    props.finish()?;
+    props.finish(context)?;
     Ok(count)
 }

@@ -1,8 +1,9 @@
 //! Integrator elements as defaults for rendering.
 
+use super::Context;
 use super::props::Props;
-use super::{Context, unknown_plugin};
 use crate::error::Result;
+use crate::note::NoteKind;
 
 /// What the file says about how to render it; the command line may say otherwise.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,13 +15,21 @@ pub struct RenderDefaults {
     pub max_depth: Option<u32>,
     /// Russian roulette starts at paths of this many edges (Mitsuba's `rr_depth`, default 5).
     pub rr_depth: u32,
+    /// Mitsuba's `hide_emitters`: light is seen by reflection only. Integrators may leave it out, with a note of the reader.
+    pub hide_emitters: bool,
     /// Samples per pixel of the sensor's sampler.
     pub spp: Option<u32>,
 }
 
 impl Default for RenderDefaults {
     fn default() -> Self {
-        RenderDefaults { integrator: None, max_depth: None, rr_depth: 5, spp: None }
+        RenderDefaults {
+            integrator: None,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+            spp: None,
+        }
     }
 }
 
@@ -29,18 +38,42 @@ const MAX_DEPTH: i64 = 1 << 24;
 
 /// Reads the integrator with this index.
 pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<RenderDefaults> {
+    read_at(context, index, 0)
+}
+
+/// Integrators in integrators: deeper ones are a reference that runs in a circle.
+const MAX_NESTING: usize = 8;
+
+/// An integrator that is not known: the one that it wraps counts, or the default.
+fn unknown(
+    context: &mut Context<'_>,
+    mut props: Props<'_>,
+    index: usize,
+    depth: usize,
+) -> Result<RenderDefaults> {
+    let object = &context.graph.objects[index];
+    let inner = props.nested("integrator")?.first().map(|(inner, _)| *inner);
+    let title = object.title();
+    let (text, defaults) = match inner {
+        Some(inner) if depth < MAX_NESTING => {
+            let within = context.graph.objects[inner].title();
+            let text = format!("{title} is not understood: {within} in it counts");
+            (text, read_at(context, inner, depth + 1)?)
+        }
+        _ => (format!("{title} is not understood: the default counts"), RenderDefaults::default()),
+    };
+    context.note(NoteKind::Differs, text, &object.place);
+    Ok(defaults)
+}
+
+fn read_at(context: &mut Context<'_>, index: usize, depth: usize) -> Result<RenderDefaults> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);
     let mut defaults = RenderDefaults::default();
     let name = match object.plugin.as_str() {
         "path" | "volpath" | "volpathmis" | "direct" => "pt",
         "ptracer" => "lt",
-        _ => {
-            return Err(unknown_plugin(
-                object,
-                &["direct", "path", "ptracer", "volpath", "volpathmis"],
-            ));
-        }
+        _ => return unknown(context, props, index, depth),
     };
     defaults.integrator = Some(name.into());
     if object.plugin == "direct" {
@@ -58,14 +91,17 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<RenderDefa
         };
         defaults.rr_depth = props.count("rr_depth", 1, u32::MAX)?.unwrap_or(5);
     }
-    if props.boolean("hide_emitters")? == Some(true) {
-        return Err(props.complain("hide_emitters", "true is not understood, only false"));
+    defaults.hide_emitters = props.boolean("hide_emitters")?.unwrap_or(false);
+    if defaults.hide_emitters {
+        let text = "property \"hide_emitters\": emitters are seen all the same";
+        context.note(NoteKind::Differs, text, props.place());
     }
-    if object.old && props.boolean("strict_normals")? == Some(true) {
-        return Err(props.complain("strict_normals", "true is not understood, only false"));
+    if props.boolean("strict_normals")? == Some(true) {
+        let text = "property \"strict_normals\" is ignored: shading normals are used as without it";
+        context.note(NoteKind::Differs, text, props.place());
     }
     let technical = ["samples_per_pass", "block_size", "timeout"];
     props.ignore(context, &technical, "the run is divided in its own way");
-    props.finish()?;
+    props.finish(context)?;
     Ok(defaults)
 }

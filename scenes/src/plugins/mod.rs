@@ -11,54 +11,38 @@ mod props;
 mod scene;
 mod sensor;
 mod shape;
+mod spectrum;
+mod support;
+mod tube;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use integrator::RenderDefaults;
 pub(crate) use scene::read_scene;
 
-use crate::error::{Known, Place, SceneFileError};
+use crate::error::Place;
 use crate::mesh::RawMesh;
-use crate::xml::{Files, Graph, Object};
+use crate::note::{NoteKind, Notes};
+use crate::xml::{Files, Graph};
 
 /// What the readers of plug-ins share.
 pub(crate) struct Context<'a> {
     pub(crate) graph: &'a Graph,
     pub(crate) files: Files<'a>,
-    pub(crate) warnings: Vec<String>,
-    warned: BTreeSet<String>,
+    pub(crate) notes: Notes,
     /// Mesh files that were read already.
     pub(crate) meshes: HashMap<PathBuf, Arc<RawMesh>>,
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn new(graph: &'a Graph, files: Files<'a>) -> Self {
-        let warnings = graph.notes.clone();
-        let (warned, meshes) = (BTreeSet::new(), HashMap::new());
-        Context { graph, files, warnings, warned, meshes }
+    pub(crate) fn new(graph: &'a Graph, files: Files<'a>, notes: Notes) -> Self {
+        Context { graph, files, notes, meshes: HashMap::new() }
     }
 
-    /// Adds a warning with the place where it arises.
-    pub(crate) fn warn(&mut self, text: &str, place: &Place) {
-        self.warnings.push(format!("{place}: {text}"));
-    }
-
-    /// The same, but only for the first place.
-    pub(crate) fn warn_once(&mut self, text: &str, place: &Place) {
-        if self.warned.insert(text.into()) {
-            self.warn(text, place);
-        }
-    }
-}
-
-/// A plug-in type that is not understood.
-fn unknown_plugin(object: &Object, known: &[&str]) -> SceneFileError {
-    SceneFileError::Plugin {
-        place: object.place.clone(),
-        class: object.class.into(),
-        plugin: object.plugin.clone(),
-        known: Known::new(known.iter().copied()),
+    /// Adds a note; the same text is kept once, with the first place and a count.
+    pub(crate) fn note(&mut self, kind: NoteKind, text: impl Into<String>, place: &Place) {
+        self.notes.add(kind, text, place);
     }
 }

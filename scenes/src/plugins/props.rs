@@ -6,9 +6,11 @@
 use glam::{DAffine3, DVec3};
 use pathspace_core::Rgb;
 
-use super::Context;
+use super::{Context, spectrum};
 use crate::error::{Known, Place, Result, SceneFileError};
-use crate::xml::value::{Value, bad};
+use crate::note::NoteKind;
+use crate::spectrum::Meaning;
+use crate::xml::value::{Value, bad, number, tokens};
 use crate::xml::{Graph, Object, Property};
 
 /// The properties of one object.
@@ -19,39 +21,18 @@ pub(crate) struct Props<'a> {
     taken: Vec<bool>,
 }
 
-/// A colour and how the file gave it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Colour {
-    Rgb([f64; 3]),
-    /// One number without a unit of spectrum: the same in every channel.
-    Grey(f64),
-    /// A spectrum of one value at all wavelengths.
-    Spectrum(f64),
-}
-
-impl Colour {
-    /// As a factor without a unit (reflectance, refractive index).
-    pub(crate) fn factor(self) -> Rgb {
-        match self {
-            Colour::Rgb(v) => Rgb::from(v.map(|c| c as f32)),
-            Colour::Grey(v) | Colour::Spectrum(v) => Rgb::grey(v as f32),
-        }
-    }
-
-    /// As light. Equal energy at all wavelengths is not the white of sRGB (D65), and Mitsuba
-    /// gives it these linear components; measured in its variant `scalar_rgb`.
-    pub(crate) fn light(self) -> Rgb {
-        match self {
-            Colour::Spectrum(v) => Rgb::new(1.204_794, 0.948_290, 0.908_916) * v as f32,
-            other => other.factor(),
-        }
-    }
-}
+/// Equal energy at all wavelengths as light: not the white of sRGB, which is D65. Mitsuba gives it these linear components;
+/// measured in its variant `scalar_rgb`.
+const EQUAL_ENERGY: [f64; 3] = [1.204_794, 0.948_290, 0.908_916];
 
 impl<'a> Props<'a> {
     pub(crate) fn new(graph: &'a Graph, object: &'a Object) -> Self {
         let taken = vec![false; object.properties.len()];
         Props { graph, object, known: Vec::new(), taken }
+    }
+
+    pub(crate) fn graph(&self) -> &'a Graph {
+        self.graph
     }
 
     pub(crate) fn place(&self) -> &'a Place {
@@ -96,13 +77,17 @@ impl<'a> Props<'a> {
         SceneFileError::Scene { place: self.object.place.clone(), reason }
     }
 
-    fn what(&self, name: &str) -> String {
+    pub(crate) fn what(&self, name: &str) -> String {
         format!("{}: property \"{name}\"", self.object.title())
     }
 
     fn wrong_kind(&self, p: &Property, expected: &str) -> SceneFileError {
         let value = match &p.value {
             Value::Object(index) => self.graph.objects[*index].title(),
+            Value::Reference(id) => match self.graph.ids.get(id) {
+                Some(index) => format!("{} with the id {id}", self.graph.objects[*index].title()),
+                None => format!("reference to {id}"),
+            },
             other => format!("<{}> {}", other.kind(), other.text()),
         };
         bad(&p.place, &self.what(&p.name), &value, expected)
@@ -177,26 +162,58 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// A colour whose components are at least 0 and at most `max`.
-    pub(crate) fn colour(&mut self, name: &str, max: f64) -> Result<Option<Colour>> {
+    /// Numbers in a `<string>`, separated by commas or white space.
+    pub(crate) fn numbers(&mut self, name: &str) -> Result<Vec<f64>> {
+        let Some(text) = self.string(name)? else {
+            return Err(self.error(format!("needs the property \"{name}\"")));
+        };
+        let (place, what) = (self.place(), self.what(name));
+        tokens(text).into_iter().map(|t| number(place, &what, t)).collect()
+    }
+
+    /// Three plain numbers, or one for all three.
+    pub(crate) fn triple(&mut self, name: &str) -> Result<Option<[f64; 3]>> {
+        match self.take(name) {
+            None => Ok(None),
+            Some(p) => match &p.value {
+                Value::Rgb(v) => Ok(Some(*v)),
+                Value::Vector(v) => Ok(Some(v.to_array())),
+                Value::Float(v) | Value::Spectrum(v) => Ok(Some([*v; 3])),
+                Value::Integer(v) => Ok(Some([*v as f64; 3])),
+                _ => Err(self.wrong_kind(p, "an <rgb> or three numbers")),
+            },
+        }
+    }
+
+    /// A colour in linear sRGB whose components are at least `min` and at most `max`.
+    pub(crate) fn colour(
+        &mut self,
+        context: &mut Context<'_>,
+        name: &str,
+        meaning: Meaning,
+        [min, max]: [f64; 2],
+    ) -> Result<Option<[f64; 3]>> {
         let Some(p) = self.take(name) else { return Ok(None) };
-        let colour = match p.value {
-            Value::Rgb(v) => Colour::Rgb(v),
-            Value::Float(v) => Colour::Grey(v),
-            Value::Integer(v) => Colour::Grey(v as f64),
-            Value::Spectrum(v) => Colour::Spectrum(v),
-            _ => {
-                let expected = "an <rgb>, <srgb>, <float> or constant <spectrum> (no textures)";
-                return Err(self.wrong_kind(p, expected));
+        let target = self.graph.target(p)?;
+        let colour = match (&p.value, target) {
+            (Value::Rgb(v), _) => *v,
+            (Value::Float(v), _) => [*v; 3],
+            (Value::Integer(v), _) => [*v as f64; 3],
+            (Value::Spectrum(v), _) if meaning == Meaning::Light => EQUAL_ENERGY.map(|c| c * v),
+            (Value::Spectrum(v), _) => [*v; 3],
+            (Value::Sampled(samples), _) => {
+                // Mitsuba 0.6 knows no illuminant.
+                let meaning = if self.object.old { Meaning::Light } else { meaning };
+                samples.to_srgb(meaning).map(|v| v.min(max))
             }
+            (_, Some(index)) if self.graph.objects[index].class == "texture" => {
+                spectrum::read(context, index, meaning)?
+            }
+            _ => return Err(self.wrong_kind(p, "an <rgb>, <srgb>, <float> or <spectrum>")),
         };
-        let values = match colour {
-            Colour::Rgb(v) => v,
-            Colour::Grey(v) | Colour::Spectrum(v) => [v; 3],
-        };
-        if !values.iter().all(|v| (0.0..=max).contains(v)) {
+        if !colour.iter().all(|v| (min..=max).contains(v)) {
             let expected = if max.is_finite() {
-                format!("a colour with components from 0 to {max}")
+                format!("a colour with components from {min} to {max}")
             } else {
                 "a colour without negative components".into()
             };
@@ -206,13 +223,20 @@ impl<'a> Props<'a> {
     }
 
     /// A factor on scattering, 0 to 1, with Mitsuba's default.
-    pub(crate) fn reflectance(&mut self, name: &str, default: f32) -> Result<Rgb> {
-        Ok(self.colour(name, 1.0)?.map_or(Rgb::grey(default), Colour::factor))
+    pub(crate) fn reflectance(
+        &mut self,
+        context: &mut Context<'_>,
+        name: &str,
+        default: f32,
+    ) -> Result<Rgb> {
+        let colour = self.colour(context, name, Meaning::Factor, [0.0, 1.0])?;
+        Ok(colour.map_or(Rgb::grey(default), rounded))
     }
 
     /// Emitted light, ≥ 0; Mitsuba's default is 1 in every channel.
-    pub(crate) fn light(&mut self, name: &str) -> Result<Rgb> {
-        Ok(self.colour(name, f64::INFINITY)?.map_or(Rgb::WHITE, Colour::light))
+    pub(crate) fn light(&mut self, context: &mut Context<'_>, name: &str) -> Result<Rgb> {
+        let colour = self.colour(context, name, Meaning::Light, [0.0, f64::INFINITY])?;
+        Ok(colour.map_or(Rgb::WHITE, rounded))
     }
 
     /// Nested objects and references of one class, in the order of the file.
@@ -242,37 +266,34 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// Properties that make no difference here: a warning, once for each kind.
+    /// Properties that make no difference here: a note.
     pub(crate) fn ignore(&mut self, context: &mut Context<'_>, names: &[&str], why: &str) {
         for name in names {
             if let Some(p) = self.take(name) {
-                context.warn_once(
-                    &format!("{}: property \"{name}\" is ignored: {why}", self.object.title()),
-                    &p.place,
-                );
+                let text =
+                    format!("{}: property \"{name}\" is ignored: {why}", self.object.title());
+                context.note(NoteKind::Ignored, text, &p.place);
             }
         }
     }
 
-    /// Refuses what was not asked for.
-    pub(crate) fn finish(self) -> Result<()> {
-        let Some(at) = self.taken.iter().position(|t| !t) else { return Ok(()) };
-        let p = &self.object.properties[at];
-        let known = Known::new(self.known.iter().cloned());
-        let place = p.place.clone();
-        match self.graph.target(p)? {
-            Some(index) => Err(SceneFileError::Element {
-                place,
-                element: self.graph.objects[index].class.into(),
-                within: self.object.title(),
-                known,
-            }),
-            None => Err(SceneFileError::Property {
-                place,
-                property: p.name.clone(),
-                owner: self.object.title(),
-                known,
-            }),
+    /// Notes what was not asked for.
+    pub(crate) fn finish(self, context: &mut Context<'_>) -> Result<()> {
+        let owner = self.object.title();
+        for (p, _) in self.object.properties.iter().zip(&self.taken).filter(|(_, t)| !**t) {
+            let known = Known::new(self.known.iter().cloned());
+            let what = match self.graph.target(p)? {
+                Some(index) => format!("<{}>", self.graph.objects[index].class),
+                None => format!("property \"{}\"", p.name),
+            };
+            let text = format!("{what} is not understood by {owner} and ignored; known: {known}");
+            context.note(NoteKind::Unknown, text, &p.place);
         }
+        Ok(())
     }
+}
+
+/// In single precision.
+pub(crate) fn rounded(colour: [f64; 3]) -> Rgb {
+    Rgb::from(colour.map(|c| c as f32))
 }

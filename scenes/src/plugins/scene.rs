@@ -9,26 +9,42 @@ use pathspace_core::description::{
 use super::integrator::{self, RenderDefaults};
 use super::props::Props;
 use super::shape::Material;
-use super::{Context, bsdf, emitter, sensor, shape};
-use crate::error::Result;
+use super::{Context, bsdf, emitter, sensor, shape, support};
+use crate::error::{Place, Result, SceneFileError};
+use crate::note::NoteKind;
+use crate::xml::value::Value;
+use crate::xml::{Graph, Property};
 
-/// Reads everything that the scene refers to.
-pub(crate) fn read_scene(context: &mut Context<'_>) -> Result<(SceneDescription, RenderDefaults)> {
+/// Reads everything that the scene refers to, seen by the sensor of this number.
+pub(crate) fn read_scene(
+    context: &mut Context<'_>,
+    sensor: usize,
+) -> Result<(SceneDescription, RenderDefaults)> {
     let graph = context.graph;
     let mut props = Props::new(graph, &graph.objects[0]);
+    let sensors = props.nested("sensor")?;
+    let seen_by = match sensors.get(sensor) {
+        Some((index, _)) => Some(*index),
+        None if sensor == 0 => None,
+        None => {
+            let n = sensors.len();
+            return Err(props.error(format!("has {n} sensors: there is no sensor {sensor}")));
+        }
+    };
+    let used = support::reachable(graph, &roots(&mut props, seen_by)?)?;
+    support::check(graph, &used)?;
     let defaults = match props.nested_one("integrator")? {
         Some(index) => integrator::read(context, index)?,
         None => RenderDefaults::default(),
     };
-    let sensors = props.nested("sensor")?;
     if let Some((_, place)) = sensors.get(1) {
-        let text = format!("{} sensors: the first one is used", sensors.len());
-        context.warn(&text, place);
+        let text = format!("{} sensors: number {sensor} is used, counted from 0", sensors.len());
+        context.note(NoteKind::Mended, text, place);
     }
-    let sensor = match sensors.first() {
-        Some((index, _)) => sensor::read(context, *index)?,
+    let sensor = match seen_by {
+        Some(index) => sensor::read(context, index)?,
         None => {
-            context.warn("no sensor: Mitsuba's default is used", props.place());
+            context.note(NoteKind::Mended, "no sensor: Mitsuba's default is used", props.place());
             sensor::default_sensor()
         }
     };
@@ -39,20 +55,63 @@ pub(crate) fn read_scene(context: &mut Context<'_>) -> Result<(SceneDescription,
     };
     read_emitters(context, &mut props, &mut scene)?;
     let mut materials = Materials::default();
-    // Materials that no shape uses are read as well, so that mistakes in them show.
-    for (index, _) in props.nested("bsdf")? {
-        materials.object(context, &mut scene, index)?;
+    for (index, place) in props.nested("bsdf")? {
+        // Materials that no shape uses are read as well, so that mistakes in them show.
+        if used.contains(&index) || support::is_understood(graph, index) {
+            materials.object(context, &mut scene, index)?;
+        } else {
+            let text =
+                format!("{} is not understood, and nothing uses it", graph.objects[index].title());
+            context.note(NoteKind::Ignored, text, place);
+        }
     }
     for (index, _) in props.nested("shape")? {
-        let mut shape = shape::read(context, index)?;
+        let Some(mut shape) = shape::read(context, index)? else { continue };
         shape.description.material = match shape.material {
             Material::Object(bsdf) => materials.object(context, &mut scene, bsdf)?,
             Material::Default(kind) => materials.unnamed(&mut scene, kind),
         };
         scene.shapes.push(shape.description);
     }
-    props.finish()?;
+    // Objects that stand here for others to refer to.
+    for class in ["texture", "sampler", "film", "rfilter", "medium", "volume", "phase"] {
+        for (index, place) in props.nested(class)? {
+            if !is_referred_to(graph, index) {
+                let text =
+                    format!("{} is ignored: nothing refers to it", graph.objects[index].title());
+                context.note(NoteKind::Ignored, text, place);
+            }
+        }
+    }
+    let technical =
+        ["embree_use_robust_intersections", "allow_thread_dumping", "thread_reordering"];
+    props.ignore(context, &technical, "it concerns Mitsuba's ray tracing only");
+    props.finish(context)?;
     Ok((scene, RenderDefaults { spp: sensor.spp, ..defaults }))
+}
+
+/// Objects of the scene that make the image.
+fn roots(props: &mut Props<'_>, sensor: Option<usize>) -> Result<Vec<usize>> {
+    let mut roots: Vec<usize> = sensor.into_iter().collect();
+    roots.extend(free_emitters(props)?.iter().map(|(index, _)| *index));
+    roots.extend(props.nested("shape")?.iter().map(|(index, _)| *index));
+    Ok(roots)
+}
+
+/// Emitters of the scene itself: an area emitter stands there for shapes to refer to.
+fn free_emitters<'a>(props: &mut Props<'a>) -> Result<Vec<(usize, &'a Place)>> {
+    let graph = props.graph();
+    let mut all = props.nested("emitter")?;
+    all.retain(|(index, _)| graph.objects[*index].plugin != "area");
+    Ok(all)
+}
+
+fn is_referred_to(graph: &Graph, index: usize) -> bool {
+    let refers = |p: &Property| match &p.value {
+        Value::Reference(id) => graph.ids.get(id) == Some(&index),
+        _ => false,
+    };
+    graph.objects.iter().any(|o| o.properties.iter().any(refers))
 }
 
 fn read_emitters(
@@ -60,11 +119,11 @@ fn read_emitters(
     props: &mut Props<'_>,
     scene: &mut SceneDescription,
 ) -> Result<()> {
-    for (index, place) in props.nested("emitter")? {
+    for (index, place) in free_emitters(props)? {
         let emitter = emitter::read_free(context, index)?;
         let constant = |e: &EmitterDescription| matches!(e, EmitterDescription::Constant { .. });
         if constant(&emitter) && scene.emitters.iter().any(constant) {
-            return Err(crate::error::SceneFileError::Scene {
+            return Err(SceneFileError::Scene {
                 place: place.clone(),
                 reason: "more than one environment emitter".into(),
             });

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use pathspace_core::description::{FilmDescription, SensorDescription};
 
 use super::props::Props;
-use super::{Context, film, unknown_plugin};
+use super::{Context, film, support};
 use crate::error::Result;
 
 /// What a sensor element gives.
@@ -29,7 +29,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
     let thin_lens = match object.plugin.as_str() {
         "perspective" => false,
         "thinlens" => true,
-        _ => return Err(unknown_plugin(object, &["perspective", "thinlens"])),
+        _ => return Err(support::unknown(object)),
     };
     let mut props = Props::new(context.graph, object);
     let film = match props.nested_one("film")? {
@@ -67,7 +67,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
         props.float("principal_point_offset_x")?.unwrap_or(0.0),
         props.float("principal_point_offset_y")?.unwrap_or(0.0),
     ];
-    props.finish()?;
+    props.finish(context)?;
     let sensor = SensorDescription {
         to_world,
         fov_x_degrees,
@@ -158,8 +158,13 @@ fn rigid(props: &Props<'_>, t: DAffine3) -> Result<DAffine3> {
         && close(gram.y_axis, DVec3::Y)
         && close(gram.z_axis, DVec3::Z))
     {
-        let scale = m.x_axis.length();
-        let reason = format!("a camera cannot be scaled or sheared (its first axis is × {scale})");
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        let right = |a: DVec3, b: DVec3| (a.angle_between(b).to_degrees() - 90.0).abs();
+        let skew =
+            right(m.x_axis, m.y_axis).max(right(m.y_axis, m.z_axis)).max(right(m.z_axis, m.x_axis));
+        let reason = format!(
+            "a camera cannot be scaled or sheared (its axes are × {x:.4}, {y:.4}, {z:.4}, and up to {skew:.2}° from right angles)"
+        );
         return Err(props.complain("to_world", &reason));
     }
     let z = m.z_axis.normalize();

@@ -20,12 +20,10 @@ use pathspace_core::Rgb;
 use pathspace_core::description::{MaterialKind, ShapeDescription, ShapeGeometry};
 
 use super::props::Props;
-use super::{Context, emitter, unknown_plugin};
+use super::{Context, emitter, support, tube};
 use crate::error::{Result, SceneFileError};
 use crate::mesh::{self, RawMesh};
-
-/// Types that are understood.
-const KNOWN: [&str; 7] = ["cube", "cylinder", "disk", "obj", "ply", "rectangle", "sphere"];
+use crate::note::NoteKind;
 
 /// A shape and how its material is given.
 pub(super) struct Shape {
@@ -42,10 +40,12 @@ pub(super) enum Material {
 }
 
 /// Reads the shape with this index.
-pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Shape> {
+///
+/// `None` for a mesh without area, which nothing can see.
+pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Option<Shape>> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);
-    let to_world = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let mut to_world = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
     let mut flip_normals = props.boolean("flip_normals")?.unwrap_or(false);
     let geometry = match object.plugin.as_str() {
         plain @ ("rectangle" | "cube") => {
@@ -56,11 +56,14 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Shape> {
         "disk" => ShapeGeometry::Disk,
         "sphere" => {
             flip_normals ^= to_world.matrix3.determinant() < 0.0;
-            sphere(&mut props, &to_world)?
+            sphere(context, &mut props, &mut to_world)?
         }
-        "cylinder" => cylinder(&mut props, &to_world)?,
-        "obj" | "ply" => mesh_file(context, &mut props, &to_world)?,
-        _ => return Err(unknown_plugin(object, &KNOWN)),
+        "cylinder" => cylinder(context, &mut props, &to_world)?,
+        "obj" | "ply" => match mesh_file(context, &mut props, &to_world)? {
+            Some(mesh) => mesh,
+            None => return Ok(None),
+        },
+        _ => return Err(support::unknown(object)),
     };
     let emission = match props.nested_one("emitter")? {
         Some(index) => Some(emitter::read_area(context, index)?),
@@ -74,18 +77,22 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Shape> {
             Material::Default(MaterialKind::Diffuse { reflectance })
         }
     };
-    props.finish()?;
+    props.finish(context)?;
     let name = match &object.id {
         Some(id) => id.clone(),
         None => format!("{} (line {})", object.plugin, object.place.line),
     };
     let description =
         ShapeDescription { name, geometry, to_world, flip_normals, material: 0, emission };
-    Ok(Shape { description, material })
+    Ok(Some(Shape { description, material }))
 }
 
-/// `center` and `radius`; the transform may not stretch it.
-fn sphere(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
+/// `center` and `radius`. A transform that stretches makes no ellipsoid: as in Mitsuba the radius is that along the own x axis.
+fn sphere(
+    context: &mut Context<'_>,
+    props: &mut Props<'_>,
+    to_world: &mut DAffine3,
+) -> Result<ShapeGeometry> {
     let center = props.vector("center")?.unwrap_or(DVec3::ZERO);
     let radius = props.positive("radius")?.unwrap_or(1.0);
     let m = to_world.matrix3;
@@ -93,13 +100,25 @@ fn sphere(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
     let scale2 = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let off = (gram - glam::DMat3::from_diagonal(DVec3::splat(scale2))).to_cols_array();
     if off.iter().any(|v| v.abs() > 1e-4 * scale2) {
-        return Err(props.complain("to_world", "a sphere must be scaled alike along all axes"));
+        let text =
+            "a stretched sphere stays a sphere, with the radius along its x axis, as in Mitsuba";
+        context.note(NoteKind::Mended, text, props.place());
+        let middle = to_world.transform_point3(center);
+        let x = m.x_axis.normalize();
+        let y = (m.y_axis - x * m.y_axis.dot(x)).normalize();
+        let z = x.cross(y) * m.determinant().signum();
+        let matrix3 = glam::DMat3::from_cols(x, y, z) * m.x_axis.length();
+        *to_world = DAffine3 { matrix3, translation: middle - matrix3 * center };
     }
     Ok(ShapeGeometry::Sphere { center, radius })
 }
 
-/// `p0`, `p1` and `radius`; the transform may stretch it along its axis alone.
-fn cylinder(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry> {
+/// `p0`, `p1` and `radius`. What the transform makes elliptic or slanted becomes a mesh.
+fn cylinder(
+    context: &mut Context<'_>,
+    props: &mut Props<'_>,
+    to_world: &DAffine3,
+) -> Result<ShapeGeometry> {
     let p0 = props.vector("p0")?.unwrap_or(DVec3::ZERO);
     let p1 = props.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = props.positive("radius")?.unwrap_or(1.0);
@@ -115,7 +134,13 @@ fn cylinder(props: &mut Props<'_>, to_world: &DAffine3) -> Result<ShapeGeometry>
         || skew > 1e-4 * u.length_squared()
         || slant > 1e-4 * u.length() * a.length()
     {
-        return Err(props.complain("to_world", "a cylinder must stay right and circular"));
+        let text = format!(
+            "a cylinder that to_world makes elliptic or slanted is a mesh of {} triangles",
+            2 * tube::SEGMENTS
+        );
+        context.note(NoteKind::Mended, text, props.place());
+        let mirrored = to_world.matrix3.determinant() < 0.0;
+        return Ok(ShapeGeometry::Mesh(Arc::new(tube::mesh(p0, p1, radius, mirrored))));
     }
     Ok(ShapeGeometry::Cylinder { p0, p1, radius })
 }
@@ -124,7 +149,7 @@ fn mesh_file(
     context: &mut Context<'_>,
     props: &mut Props<'_>,
     to_world: &DAffine3,
-) -> Result<ShapeGeometry> {
+) -> Result<Option<ShapeGeometry>> {
     let Some(name) = props.string("filename")? else {
         return Err(props.error("needs the property \"filename\""));
     };
@@ -134,9 +159,9 @@ fn mesh_file(
     let flip_v = props.boolean("flip_tex_coords")?.unwrap_or(is_obj);
     if props.object.old {
         // Vertices at an angle larger than this are split in Mitsuba 0.5.
-        if props.has("max_smooth_angle") {
-            props.float("max_smooth_angle")?;
-            return Err(props.complain("max_smooth_angle", "is not understood"));
+        if props.float("max_smooth_angle")?.is_some() {
+            let text = "property \"max_smooth_angle\" is ignored: no edge is split";
+            context.note(NoteKind::Differs, text, props.place());
         }
         props.ignore(context, &["collapse"], "each element makes one mesh");
     }
@@ -148,9 +173,9 @@ fn mesh_file(
         SceneFileError::Mesh { place: props.place().clone(), reason }
     })?;
     for note in notes {
-        context.warn(&format!("mesh \"{name}\": {note}"), props.place());
+        context.note(NoteKind::Mended, format!("mesh \"{name}\": {note}"), props.place());
     }
-    Ok(ShapeGeometry::Mesh(Arc::new(data)))
+    Ok((!data.triangles.is_empty()).then(|| ShapeGeometry::Mesh(Arc::new(data))))
 }
 
 fn read_mesh(

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::value::Value;
 use crate::error::{Place, Result, SceneFileError};
+use crate::note::Notes;
 
 /// A plug-in element: `<bsdf type="…">` and so on.
 #[derive(Clone, Debug)]
@@ -44,8 +45,8 @@ pub(crate) struct Property {
 pub(crate) struct Graph {
     pub(crate) objects: Vec<Object>,
     pub(crate) ids: HashMap<String, usize>,
-    /// Warnings that arose while reading the elements.
-    pub(crate) notes: Vec<String>,
+    /// What arose while reading the elements.
+    pub(crate) notes: Notes,
 }
 
 impl Graph {

@@ -1,6 +1,8 @@
 //! Mitsuba's XML: elements, parameters, includes, ids and the upgrade of old files.
 
+mod dom;
 mod element;
+mod encoding;
 mod files;
 pub(crate) mod graph;
 mod params;

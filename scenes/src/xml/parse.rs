@@ -1,17 +1,21 @@
 //! Walks the XML in the order of the file and builds the graph of objects.
 
-use roxmltree::{Document, Node};
+use std::collections::HashSet;
 
+use super::dom::{self, Node};
 use super::element::Element;
+use super::encoding;
 use super::files::Files;
 use super::graph::{Graph, Object, Property};
 use super::params::Parameters;
 use super::value::{self, Value};
 use super::{transform, upgrade};
 use crate::error::{Known, Place, Result, SceneFileError};
+use crate::note::NoteKind;
+use crate::spectrum::Sampled;
 
 /// Elements that make an object.
-const OBJECTS: [&str; 13] = [
+const OBJECTS: [&str; 14] = [
     "scene",
     "bsdf",
     "emitter",
@@ -23,13 +27,15 @@ const OBJECTS: [&str; 13] = [
     "sampler",
     "sensor",
     "shape",
+    "subsurface",
     "texture",
     "volume",
 ];
 
 /// Elements that make a property or steer the reading.
-const OTHERS: [&str; 16] = [
+const OTHERS: [&str; 17] = [
     "alias",
+    "animation",
     "boolean",
     "default",
     "float",
@@ -50,8 +56,8 @@ const OTHERS: [&str; 16] = [
 /// Includes within includes, Mitsuba's limit.
 const MAX_INCLUDES: usize = 15;
 
-/// Elements within elements: real files have less than 10; the limit protects the stack.
-const MAX_NESTING: usize = 64;
+/// Included files of one scene: a tree of includes would be read for ever.
+const MAX_FILES: usize = 10_000;
 
 /// Files larger than this are not scene descriptions.
 const MAX_XML_BYTES: usize = 1 << 30;
@@ -63,7 +69,8 @@ pub(crate) fn parse_scene(
     files: &mut Files<'_>,
     params: &mut Parameters,
 ) -> Result<Graph> {
-    let mut reader = Reader { graph: Graph::default(), files, params };
+    let (named, included) = (HashSet::new(), 0);
+    let mut reader = Reader { graph: Graph::default(), files, params, named, included };
     reader.file(text, file, None, 0)?;
     reader.params.check_used(&Place::file(file))?;
     Ok(reader.graph)
@@ -73,22 +80,23 @@ struct Reader<'r, 'f> {
     graph: Graph,
     files: &'r mut Files<'f>,
     params: &'r mut Parameters,
+    /// Named properties so far: object and name.
+    named: HashSet<(usize, String)>,
+    /// Included files so far.
+    included: usize,
 }
 
 /// The file that is being read.
 struct Context<'a> {
     file: &'a str,
-    /// Offsets of the line feeds, so that finding a line does not read the text again.
-    newlines: &'a [usize],
     /// Older than version 2.0.
     old: bool,
     includes: usize,
 }
 
 impl Context<'_> {
-    fn place(&self, node: Node<'_, '_>) -> Place {
-        let line = self.newlines.partition_point(|n| *n < node.range().start) + 1;
-        Place { file: self.file.into(), line: u32::try_from(line).unwrap_or(u32::MAX) }
+    fn place(&self, node: &Node) -> Place {
+        Place { file: self.file.into(), line: node.line }
     }
 }
 
@@ -101,94 +109,89 @@ impl Reader<'_, '_> {
         parent: Option<usize>,
         depth: usize,
     ) -> Result<()> {
-        let xml = |line: u32, reason: String| {
-            Err(SceneFileError::Xml { place: Place { file: file.into(), line }, reason })
-        };
         if bytes.len() > MAX_XML_BYTES {
-            return xml(0, format!("{} bytes are too many", bytes.len()));
+            let reason = format!("{} bytes are more than {MAX_XML_BYTES}", bytes.len());
+            return Err(SceneFileError::Xml { place: Place::file(file), reason });
         }
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => text.trim_start_matches('\u{feff}'),
-            Err(e) => {
-                let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-                return xml(u32::try_from(line).unwrap_or(u32::MAX), "not UTF-8".into());
-            }
-        };
-        let document = match Document::parse(text) {
-            Ok(document) => document,
-            Err(e) => return xml(e.pos().row, plain_reason(&e)),
-        };
-        let newlines: Vec<usize> =
-            text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i).collect();
-        let mut context = Context { file, newlines: &newlines, old: false, includes: depth };
-        let root = document.root_element();
-        let place = context.place(root);
+        let (text, latin) = encoding::decode(bytes);
+        if latin {
+            let text = "the file is not UTF-8: read as Latin-1";
+            self.graph.notes.add(NoteKind::Mended, text, &Place::file(file));
+        }
+        let (root, notes) = dom::parse(&text, file)?;
+        for (line, text) in notes {
+            let place = Place { file: file.into(), line };
+            self.graph.notes.add(NoteKind::Unknown, text, &place);
+        }
+        let mut context = Context { file, old: false, includes: depth };
+        let place = context.place(&root);
         let Some(version) = root.attribute("version") else {
             return Err(SceneFileError::Attribute {
                 place,
                 problem: "missing",
                 attribute: "version".into(),
-                element: root.tag_name().name().into(),
+                element: root.tag,
                 known: Known::new(["version"]),
             });
         };
-        context.old = major(version, &place)? < 2;
+        let major = major(version, &place)?;
+        if major > 3 {
+            let text = format!("version \"{version}\" is read as version 3");
+            self.graph.notes.add(NoteKind::Unknown, text, &place);
+        }
+        context.old = major < 2;
         match parent {
-            None if root.tag_name().name() != "scene" => Err(SceneFileError::Element {
+            None if root.tag != "scene" => Err(SceneFileError::Element {
                 place,
-                element: root.tag_name().name().into(),
+                element: root.tag,
                 within: "a scene file".into(),
                 known: Known::new(["scene"]),
             }),
-            None => self.node(root, &context, None, 0),
+            None => self.node(&root, &context, None, 0),
             // An included scene gives its children to the scene that includes it.
-            Some(parent) if root.tag_name().name() == "scene" => {
-                self.element(root, &context)?;
-                self.children(root, &context, parent, 0)
+            Some(parent) if root.tag == "scene" => {
+                self.element(&root, &context)?;
+                self.children(&root, &context, parent, 0)
             }
-            Some(parent) => self.node(root, &context, Some(parent), 0),
+            Some(parent) => self.node(&root, &context, Some(parent), 0),
         }
     }
 
     fn children(
         &mut self,
-        node: Node<'_, '_>,
+        node: &Node,
         context: &Context<'_>,
         parent: usize,
         depth: usize,
     ) -> Result<()> {
-        node.children()
-            .filter(Node::is_element)
+        node.children
+            .iter()
             .try_for_each(|child| self.node(child, context, Some(parent), depth + 1))
     }
 
     /// The element with its parameters put in; also adds it to the hash.
-    fn element(&mut self, node: Node<'_, '_>, context: &Context<'_>) -> Result<Element> {
+    fn element(&mut self, node: &Node, context: &Context<'_>) -> Result<Element> {
         let place = context.place(node);
-        let tag = node.tag_name().name().to_string();
+        let tag = upgrade::tag(&node.tag, context.old).to_string();
         self.files.hash(tag.as_bytes());
-        let mut attributes = Vec::new();
-        for attribute in node.attributes() {
-            let value = self.params.substitute(attribute.value(), &place)?;
-            self.files.hash(attribute.name().as_bytes());
+        let mut attributes = Vec::with_capacity(node.attributes.len());
+        for (name, value) in &node.attributes {
+            let value = self.params.substitute(value, &place)?;
+            self.files.hash(name.as_bytes());
             self.files.hash(value.as_bytes());
-            attributes.push((attribute.name().to_string(), value));
+            attributes.push((name.clone(), value));
         }
         Ok(Element { tag, place, attributes })
     }
 
     fn node(
         &mut self,
-        node: Node<'_, '_>,
+        node: &Node,
         context: &Context<'_>,
         parent: Option<usize>,
         depth: usize,
     ) -> Result<()> {
         let element = self.element(node, context)?;
-        if depth > MAX_NESTING {
-            let reason = format!("elements are nested deeper than {MAX_NESTING}");
-            return Err(SceneFileError::Scene { place: element.place, reason });
-        }
         let tag = element.tag.as_str();
         // `<spectrum type="…">` is an object in Mitsuba.
         let typed_spectrum = tag == "spectrum" && element.get("type").is_some();
@@ -206,7 +209,7 @@ impl Reader<'_, '_> {
 
     fn object(
         &mut self,
-        node: Node<'_, '_>,
+        node: &Node,
         element: &Element,
         class: &'static str,
         context: &Context<'_>,
@@ -256,6 +259,7 @@ impl Reader<'_, '_> {
     fn add(&mut self, parent: usize, property: Property) -> Result<()> {
         let object = &mut self.graph.objects[parent];
         if !property.name.is_empty()
+            && !self.named.insert((parent, property.name.clone()))
             && let Some(first) = object.properties.iter().find(|p| p.name == property.name)
         {
             let reason = format!(
@@ -273,18 +277,18 @@ impl Reader<'_, '_> {
     /// Properties, references and the elements that steer the reading.
     fn other(
         &mut self,
-        node: Node<'_, '_>,
+        node: &Node,
         element: &Element,
         context: &Context<'_>,
         parent: usize,
     ) -> Result<()> {
         let place = &element.place;
-        if element.tag != "transform"
-            && let Some(child) = node.children().find(Node::is_element)
+        if !matches!(element.tag.as_str(), "transform" | "animation")
+            && let Some(child) = node.children.first()
         {
             return Err(SceneFileError::Element {
                 place: context.place(child),
-                element: child.tag_name().name().into(),
+                element: child.tag.clone(),
                 within: format!("<{}>", element.tag),
                 known: Known::default(),
             });
@@ -341,6 +345,11 @@ impl Reader<'_, '_> {
             let reason = format!("<include> of \"{name}\" is nested {MAX_INCLUDES} files deep");
             return Err(SceneFileError::Scene { place: element.place.clone(), reason });
         }
+        self.included += 1;
+        if self.included > MAX_FILES {
+            let reason = format!("<include> of \"{name}\": more than {MAX_FILES} included files");
+            return Err(SceneFileError::Scene { place: element.place.clone(), reason });
+        }
         let path = self.files.resolve(name);
         let bytes = self.files.read(&path, &element.place)?;
         let before = self.files.enter(&path);
@@ -352,7 +361,7 @@ impl Reader<'_, '_> {
 
     fn property(
         &mut self,
-        node: Node<'_, '_>,
+        node: &Node,
         element: &Element,
         context: &Context<'_>,
         parent: usize,
@@ -362,7 +371,9 @@ impl Reader<'_, '_> {
         let title = self.graph.objects[parent].title();
         let spatial = matches!(tag, "point" | "vector");
         let known: &[&str] = match tag {
-            "transform" => &["name"],
+            "transform" if context.old => &["name", "time"],
+            "transform" | "animation" => &["name"],
+            "blackbody" if context.old => &["name", "temperature", "scale"],
             "spectrum" => &["name", "value", "filename"],
             _ if spatial => &["name", "value", "x", "y", "z"],
             "boolean" | "float" | "integer" | "rgb" | "srgb" | "string" => &["name", "value"],
@@ -380,26 +391,29 @@ impl Reader<'_, '_> {
         let name = element.need("name", known)?;
         let what = format!("{title}: property \"{name}\"");
         let value = if tag == "transform" {
-            let mut parts = Vec::new();
-            for child in node.children().filter(Node::is_element) {
-                if let Some(inner) = child.children().find(Node::is_element) {
-                    return Err(SceneFileError::Element {
-                        place: context.place(inner),
-                        element: inner.tag_name().name().into(),
-                        within: format!("<{}>", child.tag_name().name()),
-                        known: Known::default(),
-                    });
-                }
-                parts.push(self.element(child, context)?);
+            Value::Transform(self.transform(node, context)?)
+        } else if tag == "animation" {
+            Value::Transform(self.first_key(node, context)?)
+        } else if tag == "blackbody" {
+            let text = element.need("temperature", known)?.trim_end_matches(['K', ' ']);
+            let kelvin = value::number(place, &what, text)?;
+            if !(kelvin > 0.0) {
+                return Err(value::bad(place, &what, text, "a temperature > 0"));
             }
-            Value::Transform(transform::compose(&parts, context.old, place, &mut self.graph.notes)?)
+            let scale = value::number(place, &what, element.get("scale").unwrap_or("1"))?;
+            Value::Sampled(Sampled::black_body(kelvin).scaled(scale))
         } else if spatial && element.get("value").is_none() {
             let c =
                 |n: &str| value::number(place, &what, element.need(n, &["name", "x", "y", "z"])?);
             Value::Vector(glam::DVec3::new(c("x")?, c("y")?, c("z")?))
         } else if tag == "spectrum" && element.get("filename").is_some() {
-            let file = element.get("filename").unwrap_or("");
-            return Err(value::bad(place, &what, file, "a constant (spectrum files are not read)"));
+            if element.get("value").is_some() {
+                return Err(value::bad(place, &what, "value", "allowed beside \"filename\""));
+            }
+            let path = self.files.resolve(element.get("filename").unwrap_or(""));
+            let bytes = self.files.read(&path, place)?;
+            self.files.hash(&bytes);
+            Value::Sampled(Sampled::from_file(&bytes, &path.display().to_string())?)
         } else {
             let text = element.need("value", known)?;
             if let Some(other) = ["x", "y", "z"].iter().find(|n| element.get(n).is_some()) {
@@ -411,12 +425,60 @@ impl Reader<'_, '_> {
                 "float" => Value::Float(value::number(place, &what, text)?),
                 "rgb" => Value::Rgb(value::rgb(place, &what, text)?),
                 "srgb" => Value::Rgb(value::srgb(place, &what, text)?),
-                "spectrum" => Value::Spectrum(value::spectrum(place, &what, text)?),
+                "spectrum" => value::spectrum(place, &what, text, context.old)?,
                 "string" => Value::String(text.into()),
                 _ => Value::Vector(value::one_or_three(place, &what, text)?),
             }
         };
         self.add(parent, Property { name: name.into(), place: place.clone(), value })
+    }
+
+    /// Product of the elements of a `<transform>`.
+    fn transform(&mut self, node: &Node, context: &Context<'_>) -> Result<glam::DAffine3> {
+        let mut parts = Vec::new();
+        for child in &node.children {
+            if let Some(inner) = child.children.first() {
+                return Err(SceneFileError::Element {
+                    place: context.place(inner),
+                    element: inner.tag.clone(),
+                    within: format!("<{}>", child.tag),
+                    known: Known::default(),
+                });
+            }
+            parts.push(self.element(child, context)?);
+        }
+        transform::compose(&parts, context.old, &context.place(node), &mut self.graph.notes)
+    }
+
+    /// The transform of an `<animation>` at its first time: nothing moves here.
+    fn first_key(&mut self, node: &Node, context: &Context<'_>) -> Result<glam::DAffine3> {
+        let place = context.place(node);
+        let mut first: Option<(f64, glam::DAffine3)> = None;
+        for child in &node.children {
+            let key = self.element(child, context)?;
+            if key.tag != "transform" {
+                return Err(SceneFileError::Element {
+                    place: key.place,
+                    element: key.tag,
+                    within: "<animation>".into(),
+                    known: Known::new(["transform"]),
+                });
+            }
+            key.only(&["time", "name"])?;
+            let time =
+                value::number(&key.place, "<transform> time", key.get("time").unwrap_or("0"))?;
+            let transform = self.transform(child, context)?;
+            if first.is_none_or(|(earliest, _)| time < earliest) {
+                first = Some((time, transform));
+            }
+        }
+        let Some((time, transform)) = first else {
+            let reason = "<animation> needs a <transform>".into();
+            return Err(SceneFileError::Scene { place, reason });
+        };
+        let text = format!("<animation>: nothing moves: its first key (time {time}) is used");
+        self.graph.notes.add(NoteKind::Differs, text, &place);
+        Ok(transform)
     }
 }
 
@@ -425,17 +487,7 @@ fn major(version: &str, place: &Place) -> Result<u32> {
     let parts: Vec<&str> = version.trim().split('.').collect();
     let numbers: Option<Vec<u32>> = parts.iter().map(|p| p.parse().ok()).collect();
     match numbers {
-        // What a later format means nobody here knows.
-        Some(numbers) if (1..=3).contains(&numbers.len()) && numbers[0] <= 3 => Ok(numbers[0]),
-        _ => Err(value::bad(place, "<scene> version", version, "a version up to 3, such as 3.0.0")),
-    }
-}
-
-/// The parser's message without its position, which the place already says.
-fn plain_reason(e: &roxmltree::Error) -> String {
-    let text = e.to_string().replace('\n', " ");
-    match text.rsplit_once(" at ") {
-        Some((reason, at)) if at.chars().all(|c| c.is_ascii_digit() || c == ':') => reason.into(),
-        _ => text,
+        Some(numbers) if (1..=3).contains(&numbers.len()) => Ok(numbers[0]),
+        _ => Err(value::bad(place, "<scene> version", version, "a version such as 3.0.0")),
     }
 }

@@ -8,18 +8,19 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::element::Element;
 use super::value::{bad, number, one_or_three, tokens, triple};
 use crate::error::{Known, Place, Result, SceneFileError};
+use crate::note::{NoteKind, Notes};
 
 /// Elements that may stand in a `<transform>`.
 const KNOWN: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
 /// Product of the elements of a `<transform>`.
 ///
-/// `notes` takes warnings.
+/// `notes` takes what is mended.
 pub(crate) fn compose(
     parts: &[Element],
     old_file: bool,
     place: &Place,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<DAffine3> {
     let mut all = DAffine3::IDENTITY;
     for part in parts {
@@ -46,7 +47,7 @@ fn check(t: &DAffine3, place: &Place) -> Result<()> {
     Ok(())
 }
 
-fn one(e: &Element, old_file: bool, notes: &mut Vec<String>) -> Result<DAffine3> {
+fn one(e: &Element, old_file: bool, notes: &mut Notes) -> Result<DAffine3> {
     match e.tag.as_str() {
         "translate" => Ok(DAffine3::from_translation(vector(e, &[], 0.0)?)),
         "scale" => Ok(DAffine3::from_scale(vector(e, &[], 1.0)?)),
@@ -88,7 +89,7 @@ fn vector(e: &Element, others: &[&str], default: f64) -> Result<DVec3> {
 
 /// Rotation about an axis, which is normalised. Mitsuba 3.9.1 forgets to do so and shears the shape
 /// where the axis is no unit vector; earlier versions rotate, and so does every author expect.
-fn rotate(e: &Element, notes: &mut Vec<String>) -> Result<DAffine3> {
+fn rotate(e: &Element, notes: &mut Notes) -> Result<DAffine3> {
     let axis = vector(e, &["angle"], 0.0)?;
     let angle =
         number(&e.place, "<rotate> angle", e.need("angle", &["angle", "value", "x", "y", "z"])?)?;
@@ -97,10 +98,8 @@ fn rotate(e: &Element, notes: &mut Vec<String>) -> Result<DAffine3> {
     };
     if (axis.length() - 1.0).abs() > 1e-4 {
         let axis = format!("{}, {}, {}", axis.x, axis.y, axis.z);
-        notes.push(format!(
-            "{}: <rotate>: the axis {axis} is normalised (Mitsuba 3.9 would shear)",
-            e.place
-        ));
+        let text = format!("<rotate>: the axis {axis} is normalised (Mitsuba 3.9 would shear)");
+        notes.add(NoteKind::Mended, text, &e.place);
     }
     Ok(DAffine3::from_axis_angle(unit, angle.to_radians()))
 }
@@ -178,7 +177,7 @@ mod tests {
 
     fn of(parts: &[&str]) -> Result<DAffine3> {
         let parts: Vec<Element> = parts.iter().map(|p| element(p)).collect();
-        compose(&parts, false, &Place::file("t"), &mut Vec::new())
+        compose(&parts, false, &Place::file("t"), &mut Notes::default())
     }
 
     /// Rows of the upper 3 × 4 part, as Mitsuba 3.9.1 gives them for the same elements.
@@ -251,12 +250,12 @@ mod tests {
 
     #[test]
     fn a_rotation_about_a_long_axis_is_a_rotation_with_a_note() {
-        let mut notes = Vec::new();
+        let mut notes = Notes::default();
         let part = element("rotate x=1 y=2 z=-0.5 angle=37");
         let t = compose(&[part], false, &Place::file("t"), &mut notes).unwrap();
         assert!((t.matrix3.determinant() - 1.0).abs() < 1e-12);
         assert!(t.matrix3.x_axis.is_normalized());
-        assert_eq!(notes.len(), 1);
+        assert_eq!(notes.into_list().len(), 1);
     }
 
     #[test]

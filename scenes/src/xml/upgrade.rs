@@ -7,7 +7,30 @@
 
 use super::graph::Object;
 
-/// Renames the properties of an object from an old file.
+/// Name of an element in present files: 0.3 and earlier wrote some otherwise.
+pub(crate) fn tag(tag: &str, old: bool) -> &str {
+    match tag {
+        "luminaire" if old => "emitter",
+        "camera" if old => "sensor",
+        other => other,
+    }
+}
+
+/// Plug-ins and their properties that were called otherwise before 0.5: class, old and new name.
+const PLUGINS: [(&str, &str, &str); 3] = [
+    ("bsdf", "lambertian", "diffuse"),
+    ("bsdf", "roughmetal", "roughconductor"),
+    ("film", "ldrfilm", "hdrfilm"),
+];
+
+/// Names of light before 0.4: plug-in, old and new property.
+const LIGHT: [(&str, &str, &str); 3] = [
+    ("area", "intensity", "radiance"),
+    ("constant", "intensity", "radiance"),
+    ("directional", "intensity", "irradiance"),
+];
+
+/// Renames an object from an old file and its properties.
 pub(crate) fn upgrade(object: &mut Object) {
     for property in &mut object.properties {
         property.name = underscored(&property.name);
@@ -17,8 +40,17 @@ pub(crate) fn upgrade(object: &mut Object) {
             property.name = "reflectance".into();
         }
     }
-    if object.class == "film" && object.plugin == "ldrfilm" {
-        object.plugin = "hdrfilm".into();
+    for (class, from, to) in PLUGINS {
+        if object.class == class && object.plugin == from {
+            object.plugin = to.into();
+        }
+    }
+    for (plugin, from, to) in LIGHT {
+        if object.class == "emitter" && object.plugin == plugin {
+            for property in object.properties.iter_mut().filter(|p| p.name == from) {
+                property.name = to.into();
+            }
+        }
     }
 }
 

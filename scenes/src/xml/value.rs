@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::error::{Place, Result, SceneFileError};
+use crate::spectrum::Sampled;
 
 /// A property's value as the file gives it.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ pub(crate) enum Value {
     Rgb([f64; 3]),
     /// The same value at every wavelength.
     Spectrum(f64),
+    /// Values at some wavelengths.
+    Sampled(Sampled),
     Transform(glam::DAffine3),
     /// A nested object, by index.
     Object(usize),
@@ -33,7 +36,7 @@ impl Value {
             Value::String(_) => "string",
             Value::Vector(_) => "vector",
             Value::Rgb(_) => "rgb",
-            Value::Spectrum(_) => "spectrum",
+            Value::Spectrum(_) | Value::Sampled(_) => "spectrum",
             Value::Transform(_) => "transform",
             Value::Object(_) | Value::Reference(_) => "object",
         }
@@ -48,6 +51,7 @@ impl Value {
             Value::String(v) | Value::Reference(v) => v.clone(),
             Value::Vector(v) => format!("{}, {}, {}", v.x, v.y, v.z),
             Value::Rgb(v) => format!("{}, {}, {}", v[0], v[1], v[2]),
+            Value::Sampled(_) => "a list of wavelength:value".into(),
             Value::Transform(_) => "a transform".into(),
             Value::Object(_) => "a nested object".into(),
         }
@@ -160,16 +164,17 @@ fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// `<spectrum value="…">`: one value for all wavelengths.
-pub(crate) fn spectrum(place: &Place, what: &str, text: &str) -> Result<f64> {
+/// `<spectrum value="…">`: one value for all wavelengths, or a list of wavelength:value. In files of 0.x a single value is the same
+/// in every channel, and three values are linear sRGB.
+pub(crate) fn spectrum(place: &Place, what: &str, text: &str, old: bool) -> Result<Value> {
     match tokens(text).as_slice() {
-        [v] if !v.contains(':') => number(place, what, v),
-        _ => Err(bad(
-            place,
-            what,
-            text,
-            "a constant spectrum (lists of wavelength:value are not understood; use <rgb>)",
-        )),
+        [first, ..] if first.contains(':') => {
+            Ok(Value::Sampled(Sampled::from_pairs(place, what, text)?))
+        }
+        [v] if old => Ok(Value::Float(number(place, what, v)?)),
+        [v] => Ok(Value::Spectrum(number(place, what, v)?)),
+        [_, _, _] if old => Ok(Value::Rgb(triple(place, what, text)?.to_array())),
+        _ => Err(bad(place, what, text, "a number or a list of wavelength:value")),
     }
 }
 

@@ -31,19 +31,14 @@ fn broken_materials_and_lights() {
             "bad.xml:3: bsdf \"diffuse\": property \"reflectance\": \"0.1, 0.2\" is not one or three numbers",
         ),
         (
-            bsdf("diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 700:0.9\"/>"),
+            bsdf("diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 300:0.9\"/>"),
             vec![],
-            "bad.xml:3: bsdf \"diffuse\": property \"reflectance\": \"400:0.1, 700:0.9\" is not a constant spectrum (lists of wavelength:value are not understood; use <rgb>)",
+            "bad.xml:3: bsdf \"diffuse\": property \"reflectance\": \"400, 300\" is not a list of rising wavelengths",
         ),
         (
             bsdf("diffuse\"><texture name=\"reflectance\" type=\"bitmap\"/>"),
             vec![],
-            "bad.xml:3: bsdf \"diffuse\": property \"reflectance\": \"texture \"bitmap\"\" is not an <rgb>, <srgb>, <float> or constant <spectrum> (no textures)",
-        ),
-        (
-            bsdf("diffuse\"><rgb name=\"colour\" value=\"1\"/>"),
-            vec![],
-            "bad.xml:3: property \"colour\" is not understood by bsdf \"diffuse\"; known: reflectance",
+            "bad.xml:3: texture type \"bitmap\" is not understood; known: blackbody, d65, irregular, rawconstant, regular, rgb, srgb, uniform",
         ),
         (
             bsdf("dielectric\"><string name=\"int_ior\" value=\"jelly\"/>"),
@@ -68,9 +63,9 @@ fn broken_materials_and_lights() {
             "bad.xml:3: bsdf \"conductor\": has \"material\" and \"eta\" or \"k\": give one or the other",
         ),
         (
-            bsdf("roughconductor\"><float name=\"alpha\" value=\"0\"/>"),
+            bsdf("roughconductor\"><float name=\"alpha\" value=\"-0.5\"/>"),
             vec![],
-            "bad.xml:3: bsdf \"roughconductor\": property \"alpha\": \"0\" is not a number > 0",
+            "bad.xml:3: bsdf \"roughconductor\": property \"alpha\": \"-0.5\" is not a number ≥ 0",
         ),
         (
             bsdf("roughconductor\"><float name=\"alpha_u\" value=\"0.1\"/>"),
@@ -81,11 +76,6 @@ fn broken_materials_and_lights() {
             bsdf("roughconductor\"><string name=\"distribution\" value=\"phong\"/>"),
             vec![],
             "bad.xml:3: bsdf \"roughconductor\": property \"distribution\": \"phong\" is not one of beckmann, ggx",
-        ),
-        (
-            bsdf("roughconductor\"><float name=\"ext_eta\" value=\"1\"/>"),
-            vec![],
-            "bad.xml:3: property \"ext_eta\" is not understood by bsdf \"roughconductor\"; known: alpha, alpha_u, alpha_v, distribution, eta, k, material, sample_visible, specular_reflectance",
         ),
         (
             bsdf("twosided\">"),
@@ -105,7 +95,7 @@ fn broken_materials_and_lights() {
         (
             shape("<emitter type=\"point\"/>"),
             vec![],
-            "bad.xml:4: emitter type \"point\" is not understood; known: area",
+            "bad.xml:4: emitter \"point\" cannot stand in a shape, only \"area\"",
         ),
         (
             shape("<emitter type=\"area\"><rgb name=\"radiance\" value=\"-1\"/></emitter>"),
@@ -116,11 +106,6 @@ fn broken_materials_and_lights() {
             shape("<emitter type=\"area\"/>\n<emitter type=\"area\"/>"),
             vec![],
             "bad.xml:5: shape \"sphere\" has more than one <emitter>",
-        ),
-        (
-            scene("<emitter type=\"area\"/>"),
-            vec![],
-            "bad.xml:3: emitter \"area\" must stand in a <shape>",
         ),
         (
             scene("<emitter type=\"envmap\"/>"),
@@ -140,23 +125,11 @@ fn broken_materials_and_lights() {
             "bad.xml:4: more than one environment emitter",
         ),
         (
-            scene("<integrator type=\"bdpt\"/>"),
-            vec![],
-            "bad.xml:3: integrator type \"bdpt\" is not understood; known: direct, path, ptracer, volpath, volpathmis",
-        ),
-        (
             scene(
                 "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
             ),
             vec![],
             "bad.xml:3: integrator \"path\": property \"max_depth\": \"-2\" is not -1 (unlimited) or an integer from 0 to 16777216",
-        ),
-        (
-            scene(
-                "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>",
-            ),
-            vec![],
-            "bad.xml:3: integrator \"path\": property \"hide_emitters\": true is not understood, only false",
         ),
         (
             scene("<integrator type=\"path\"/>\n<integrator type=\"path\"/>"),

@@ -2,6 +2,7 @@
 
 mod materials;
 mod meshes;
+mod spectra;
 mod structure;
 mod values;
 
@@ -48,7 +49,7 @@ pub(crate) fn shape(body: &str) -> String {
 }
 
 pub(crate) fn bsdf(body: &str) -> String {
-    scene(&format!("<bsdf type=\"{body}</bsdf>"))
+    scene(&format!("<shape type=\"cube\"><bsdf type=\"{body}</bsdf></shape>"))
 }
 
 pub(crate) fn sensor(body: &str) -> String {

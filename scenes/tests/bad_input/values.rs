@@ -59,18 +59,9 @@ fn broken_numbers_and_transforms() {
             vec![],
             "bad.xml:5: property \"radius\" of shape \"sphere\" is given twice, first at bad.xml:4",
         ),
-        (
-            shape("<float name=\"size\" value=\"1\"/>"),
-            vec![],
-            "bad.xml:4: property \"size\" is not understood by shape \"sphere\"; known: <bsdf>, <emitter>, center, flip_normals, radius, to_world",
-        ),
         transform(
             "<scale x=\"0\"/>",
             "bad.xml:4: transform is singular: it flattens space and has no inverse",
-        ),
-        transform(
-            "<scale x=\"2\"/>",
-            "bad.xml:4: shape \"sphere\": property \"to_world\": a sphere must be scaled alike along all axes",
         ),
         transform(
             "<scale value=\"1 2\"/>",
@@ -154,19 +145,9 @@ fn broken_numbers_and_transforms() {
             "bad.xml:3: film \"hdrfilm\": crop window 768x576 at (700, 0) is larger than the film 768x576",
         ),
         (
-            film("<rfilter type=\"mitchell\"/>"),
-            vec![],
-            "bad.xml:3: rfilter type \"mitchell\" is not understood; known: box, gaussian, tent",
-        ),
-        (
             film("<rfilter type=\"tent\"><float name=\"radius\" value=\"0\"/></rfilter>"),
             vec![],
             "bad.xml:3: rfilter \"tent\": property \"radius\": \"0\" is not a number > 0",
-        ),
-        (
-            film("<rfilter type=\"box\"><float name=\"radius\" value=\"1\"/></rfilter>"),
-            vec![],
-            "bad.xml:3: property \"radius\" is not understood by rfilter \"box\"; known: nothing",
         ),
         (
             sensor("<float name=\"fov\" value=\"180\"/>"),
@@ -186,12 +167,7 @@ fn broken_numbers_and_transforms() {
         (
             sensor("<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
             vec![],
-            "bad.xml:3: sensor \"perspective\": property \"to_world\": a camera cannot be scaled or sheared (its first axis is × 2)",
-        ),
-        (
-            sensor("<sampler type=\"sobol\"/>"),
-            vec![],
-            "bad.xml:3: sampler type \"sobol\" is not understood; known: independent, ldsampler, multijitter, orthogonal, stratified",
+            "bad.xml:3: sensor \"perspective\": property \"to_world\": a camera cannot be scaled or sheared (its axes are × 2.0000, 2.0000, 2.0000, and up to 0.00° from right angles)",
         ),
         (
             sensor(
