@@ -19,6 +19,7 @@
 //! | What is it measured against? | [`mod@reference`] |
 //! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`compare`] |
 //! | What does `results.json` hold, and what is written beside it? | [`results`], [`record`] |
+//! | Who stands where, in a sentence and in a table? | [`standing`] |
 //! | How does it look? | [`report`] |
 //! | How does an image become a file? | [`output`] |
 //!
@@ -43,6 +44,7 @@ pub mod report;
 pub mod results;
 pub mod session;
 pub mod shard;
+pub mod standing;
 
 pub use budget::{Budget, Exposure, Status, expose};
 pub use clock::{Spent, Stopwatch};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::driver::{self, Work};
-use crate::film::{Families, Film, Sink};
-use crate::random::PrimarySample;
+use crate::film::{Families, Film, RecordingSink, Sink};
+use crate::random::{Address, PrimarySample, RandomStream};
 use crate::scene::Scene;
 
 /// Turns one point of primary sample space into contributions. With a random stream it is a Monte
@@ -79,6 +79,12 @@ pub trait Run: Send {
     fn seek(&mut self, _step: u64) -> bool {
         false
     }
+
+    /// The paths of one work item of a step, made as the step makes them: for whoever wants to look at a single path. `None` where a step
+    /// is more than independent samples.
+    fn replay(&self, _step: u64, _item: u64) -> Option<RecordingSink> {
+        None
+    }
 }
 
 /// Saved state of a [`Run`].
@@ -148,5 +154,15 @@ impl<E: PathEstimator> Run for MonteCarlo<E> {
     fn seek(&mut self, step: u64) -> bool {
         self.step = step;
         true
+    }
+
+    fn replay(&self, step: u64, item: u64) -> Option<RecordingSink> {
+        let crop = self.scene.film().crop;
+        let width = u64::from(crop.width);
+        let pixel = [crop.x + (item % width) as u32, crop.y + (item / width) as u32];
+        let mut sink = RecordingSink::default();
+        let mut u = RandomStream::new(Address { seed: self.seed, step, item });
+        self.estimator.estimate(&self.scene, Some(pixel), &mut u, &mut sink);
+        Some(sink)
     }
 }

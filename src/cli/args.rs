@@ -8,12 +8,17 @@ use pathspace_core::description::Crop;
 use pathspace_core::film::Layers;
 use pathspace_integrators::Spec;
 
+use super::image::Stops;
+
 /// Light transport by path-space integrators, rendered and compared.
 ///
 /// Without a command: compare all integrators on the scene cornell-caustic, with images in ./out.
 #[derive(Debug, Parser)]
 #[command(name = "pathspace", version, disable_help_subcommand = true)]
 pub(super) struct Cli {
+    /// Say more: every pair of a comparison, all that was read over in a scene file.
+    #[arg(short, long, global = true)]
+    pub(super) verbose: bool,
     #[command(subcommand)]
     pub(super) command: Option<Command>,
 }
@@ -30,12 +35,28 @@ pub(super) enum Command {
     Reference(ReferenceArgs),
     /// Hold integrators to each other and to exact answers: are they right?
     Validate(ValidateArgs),
-    /// Write the page of a comparison again from its results.json.
+    /// Say what is in a scene, and which integrators can see all of it.
+    Inspect(InspectArgs),
+    /// Split an image into its bounces: L_e, KL_e, K²L_e, …, and their partial sums.
+    Neumann(NeumannArgs),
+    /// Print the paths of one sample, vertex by vertex.
+    Replay(ReplayArgs),
+    /// Show a comparison again, and write its page, from its results.json.
     Report(ReportArgs),
     /// List the scenes of the library, or write one to a directory.
     Scenes(ScenesArgs),
     /// Write a crate that adds an integrator of your own to this command.
     NewPlugin(NewPluginArgs),
+    /// Print completions for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write manual pages into a directory.
+    Man {
+        /// Directory, created where it does not exist.
+        dir: PathBuf,
+    },
 }
 
 #[derive(Clone, Debug, Args)]
@@ -44,6 +65,12 @@ pub(super) struct SceneArgs {
     pub(super) scene: String,
     #[command(flatten)]
     pub(super) options: SceneOptions,
+    /// Refuse a scene file in which anything is not known, instead of a warning.
+    #[arg(long)]
+    pub(super) strict: bool,
+    /// Which of several sensors of the file, from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) sensor: usize,
 }
 
 /// Options read as if they stood in the arguments themselves.
@@ -78,22 +105,11 @@ pub(super) struct SceneOptions {
     pub(super) seed: u64,
 }
 
+/// When a render ends: with one budget, with an error, or with both, whichever comes first; as the scene file says unless given.
 #[derive(Clone, Debug, Args)]
-#[command(group(ArgGroup::new("budget").required(true)))]
-pub(super) struct BudgetArgs {
-    /// Samples per pixel.
-    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
-    pub(super) spp: Option<u64>,
-    /// Seconds of rendering.
-    #[arg(long, value_name = "S", group = "budget", value_parser = seconds)]
-    pub(super) seconds: Option<f64>,
-}
-
-/// When a render ends: with one budget, with an error, or with both, whichever comes first.
-#[derive(Clone, Debug, Args)]
-#[command(group(ArgGroup::new("goal").required(true).multiple(true)))]
+#[command(group(ArgGroup::new("goal").multiple(true)))]
 pub(super) struct GoalArgs {
-    /// Samples per pixel.
+    /// Samples per pixel; those of the scene file unless given.
     #[arg(long, value_name = "N", group = "goal", conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     pub(super) spp: Option<u64>,
     /// Seconds of rendering.
@@ -123,9 +139,18 @@ pub(super) struct RenderArgs {
     pub(super) integrator: Option<Spec>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
-    /// Image to write; a PNG is written beside it.
-    #[arg(short, long, value_name = "FILE.exr")]
+    /// Image to write: .exr (with a PNG beside it), .png, .pfm or .npy; SCENE.exr here unless given.
+    #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+    /// Replace files of other programs, too.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Write no image: only measure.
+    #[arg(long, conflicts_with = "output")]
+    pub(super) no_image: bool,
+    /// Exposure of the PNG in stops, or auto; a radiance of 1 is nearly white at 0.
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value = "0")]
+    pub(super) exposure: Stops,
     /// Layers of the image file: length, st, unweighted, emitter.
     #[arg(long, value_name = "LAYERS", value_parser = layers, default_value = "")]
     pub(super) layers: Layers,
@@ -140,6 +165,53 @@ pub(super) struct RenderArgs {
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct InspectArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct NeumannArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Integrator with its options; that of the scene file unless given.
+    #[arg(short, long, value_name = "NAME[:key=value,…]")]
+    pub(super) integrator: Option<Spec>,
+    /// Terms of the series.
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=32))]
+    pub(super) terms: u16,
+    #[command(flatten)]
+    pub(super) goal: GoalArgs,
+    /// Image to write, with a layer for each term and each sum; SCENE.neumann.exr here unless given.
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub(super) output: Option<PathBuf>,
+    /// Replace files of other programs, too.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Exposure of the sheet in stops; that of the brightest twentieth unless given.
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value = "auto")]
+    pub(super) exposure: Stops,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(super) struct ReplayArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Integrator with its options; that of the scene file unless given.
+    #[arg(short, long, value_name = "NAME[:key=value,…]")]
+    pub(super) integrator: Option<Spec>,
+    /// Step of the render; one step is one sample per pixel, counted from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) step: u64,
+    /// Work item of the step: pixels row by row, from 0.
+    #[arg(long, value_name = "M", default_value_t = 0, conflicts_with = "pixel")]
+    pub(super) item: u64,
+    /// The same by the pixel.
+    #[arg(long, value_name = "x,y", value_parser = pixel)]
+    pub(super) pixel: Option<[u32; 2]>,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -216,6 +288,8 @@ impl CompareArgs {
     pub(super) fn demonstration(integrators: usize) -> Self {
         let replicates = 16;
         let seconds = 40.0 / (f64::from(replicates) * integrators.max(1) as f64);
+        // In tenths, as it is told.
+        let seconds = (10.0 * seconds).round().max(1.0) / 10.0;
         CompareArgs {
             scenes: vec!["cornell-caustic".into()],
             experiment: None,
@@ -354,6 +428,13 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
         .split_once(['x', 'X', '×'])
         .and_then(|(w, h)| Some((w.parse::<u32>().ok()?, h.parse::<u32>().ok()?)));
     size.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "expected WxH, such as 640x480".into())
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let pixel = text
+        .split_once(',')
+        .and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    pixel.ok_or_else(|| "expected x,y in pixels".into())
 }
 
 pub(super) fn crop(text: &str) -> Result<Crop, String> {

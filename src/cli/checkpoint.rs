@@ -41,7 +41,7 @@ impl<'a> Keeper<'a> {
         };
         let found = from.map(|from| Checkpoint::read_of(from, identity)).transpose()?;
         let is_shard = identity.shards.count > 1;
-        let sums = output.filter(|_| is_shard).map(|o| checkpoint::sums_of(o.exr()));
+        let sums = output.filter(|_| is_shard).map(|o| checkpoint::sums_of(o.path()));
         let sums = sums.filter(|sums| checkpoint.as_ref() != Some(sums));
         for path in [&checkpoint, &sums].into_iter().flatten() {
             checkpoint::probe(path)?;

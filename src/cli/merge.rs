@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use pathspace_benches::checkpoint::{self, Checkpoint, Merged, sums_of};
-use pathspace_benches::output::{Metadata, Output};
+use pathspace_benches::output::{Format, Metadata, Output};
 use serde::Serialize;
 
 use super::args::MergeArgs;
+use super::image::Stops;
 use super::render::tell_nonfinite;
 use super::{Done, image, say};
 
@@ -38,7 +39,10 @@ struct Report<'a> {
 /// Puts shards together.
 pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
     let output = Output::open(&args.output)?;
-    let sums = sums_of(output.exr());
+    if output.format() != Format::Exr {
+        bail!("{}: the name of merged shards must end in .exr", args.output.display());
+    }
+    let sums = sums_of(output.path());
     checkpoint::probe(&sums)?;
     let paths: Vec<PathBuf> = args.shards.iter().map(|path| sums_of(path)).collect();
     for (image, path) in args.shards.iter().zip(&paths) {
@@ -59,7 +63,7 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
         seconds: progress.spent.seconds,
         version: identity.version.clone(),
     };
-    image::write(&output, film, metadata)?;
+    let written = image::write(&output, film, metadata, Stops::default())?;
     tell_nonfinite(&identity.integrator, film.nonfinite(), film.nonfinite_examples());
     if !missing.is_empty() {
         let list: Vec<String> = missing.iter().map(|i| (i + 1).to_string()).collect();
@@ -85,7 +89,7 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
         rays: progress.work.rays,
         nonfinite: film.nonfinite(),
         mean: film.mean(),
-        output: output.exr().display().to_string(),
+        output: output.path().display().to_string(),
         version: env!("CARGO_PKG_VERSION"),
     };
     for part in &parts {
@@ -101,8 +105,11 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
         report.height,
         report.samples_per_pixel,
         report.seed,
-        report.output
+        written.names()
     )?;
+    if let Some(note) = &written.note {
+        writeln!(out, "{note}")?;
+    }
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
     }

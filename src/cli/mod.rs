@@ -1,30 +1,37 @@
-//! The command: `pathspace render`, `merge`, `compare`, `reference`, `report`, `validate`, `scenes` and `new-plugin`.
+//! The command: `pathspace render`, `compare`, `validate` and the others.
 //!
 //! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
 
 mod args;
 mod checkpoint;
 mod compare;
+mod docs;
 mod image;
+mod inspect;
 mod interrupt;
 mod merge;
 mod mutants;
+mod neumann;
 mod new_plugin;
 mod progress;
 mod reference;
 mod render;
+mod replay;
 mod report;
 mod scene;
 mod scenes;
 mod table;
 mod validate;
+mod words;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
-use clap::Parser;
-use pathspace_integrators::Registry;
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
+use pathspace_integrators::{Registry, SpecError};
 
 use args::{Cli, Command, CompareArgs};
 
@@ -42,23 +49,34 @@ pub fn run(registry: Registry) -> ExitCode {
 
 /// [`run`] with arguments; the first one is the name of the program.
 pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(args) {
+    let args: Vec<OsString> = args.into_iter().collect();
+    if let Some(name) = args.first().filter(|name| !name.is_empty()) {
+        // The first call in a process names the program.
+        let _ = PROGRAM.set(name.to_string_lossy().into_owned());
+    }
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
-        Err(error) => return usage(&error),
+        Err(error) => return usage(&error, &args),
     };
+    let verbose = cli.verbose;
     let mut out = io::stdout().lock();
     let done = match cli.command {
-        Some(Command::Render(args)) => render::render(&registry, &args, &mut out),
+        Some(Command::Render(args)) => render::render(&registry, &args, verbose, &mut out),
         Some(Command::Merge(args)) => merge::merge(&args, &mut out),
-        Some(Command::Compare(args)) => compare::compare(&registry, &args, &mut out),
-        Some(Command::Reference(args)) => reference::reference(&registry, &args, &mut out),
+        Some(Command::Compare(args)) => compare::compare(&registry, &args, verbose, &mut out),
+        Some(Command::Reference(args)) => reference::reference(&registry, &args, verbose, &mut out),
         Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
-        Some(Command::Report(args)) => report::report(&args, &mut out),
+        Some(Command::Report(args)) => report::report(&args, verbose, &mut out),
+        Some(Command::Inspect(args)) => inspect::inspect(&registry, &args, verbose, &mut out),
+        Some(Command::Neumann(args)) => neumann::neumann(&registry, &args, verbose, &mut out),
+        Some(Command::Replay(args)) => replay::replay(&registry, &args, verbose, &mut out),
+        Some(Command::Completions { shell }) => docs::completions(shell, &mut out),
+        Some(Command::Man { dir }) => docs::manual(&dir, &mut out),
         Some(Command::Scenes(args)) => scenes::scenes(&args, &mut out),
         Some(Command::NewPlugin(args)) => new_plugin::new_plugin(&registry, &args, &mut out),
         None => {
             let args = CompareArgs::demonstration(registry.list().count());
-            compare::compare(&registry, &args, &mut out)
+            compare::compare(&registry, &args, verbose, &mut out)
         }
     };
     match done.and_then(|done| Ok(out.flush().map(|()| done)?)) {
@@ -67,14 +85,21 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         // Whoever read our output has heard enough: `pathspace scenes | head -1`.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&format!("error: {}", one_line(&format!("{error:#}"))));
+            say(&format!("error: {}{}", one_line(&format!("{error:#}")), meant(&error)));
             ExitCode::from(2)
         }
     }
 }
 
-/// Help and version as they are; a mistake as one line.
-fn usage(error: &clap::Error) -> ExitCode {
+/// The program as it was called, for commands that are to be typed again.
+fn program() -> String {
+    words::quoted(PROGRAM.get().map_or("pathspace", String::as_str))
+}
+
+static PROGRAM: OnceLock<String> = OnceLock::new();
+
+/// Help and version as they are; a mistake as one line, with the help of the command that it was made in.
+fn usage(error: &clap::Error, args: &[OsString]) -> ExitCode {
     if !error.use_stderr() {
         let _ = error.print();
         return ExitCode::SUCCESS;
@@ -83,8 +108,34 @@ fn usage(error: &clap::Error) -> ExitCode {
     // What follows the first empty line is usage and tips.
     let first = text.split("\n\n").next().unwrap_or(&text);
     let first = if first.starts_with("error: ") { first } else { "error: a command is missing" };
-    say(&format!("{} (see 'pathspace --help')", one_line(first)));
+    let named = args.iter().skip(1).filter_map(|a| a.to_str());
+    let cli = Cli::command();
+    let sub = named.into_iter().find_map(|a| cli.find_subcommand(a));
+    let help = sub.map_or(String::new(), |c| format!(" {}", c.get_name()));
+    say(&format!("{}{} (see '{}{help} --help')", one_line(first), suggestion(error), program()));
     ExitCode::from(2)
+}
+
+/// What clap thinks was meant.
+fn suggestion(error: &clap::Error) -> String {
+    let kinds =
+        [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
+    let found = kinds.iter().find_map(|kind| match error.get(*kind)? {
+        ContextValue::String(one) => Some(one.clone()),
+        ContextValue::Strings(many) => many.last().cloned(),
+        _ => None,
+    });
+    found.map_or(String::new(), |name| format!("; did you mean '{name}'?"))
+}
+
+/// The integrator or option that was meant.
+fn meant(error: &anyhow::Error) -> String {
+    let names = |known: &str, name: &str| words::did_you_mean(name, known.split(", "));
+    match error.chain().find_map(|e| e.downcast_ref::<SpecError>()) {
+        Some(SpecError::UnknownIntegrator { name, known }) => names(known, name),
+        Some(SpecError::UnknownOption { option, known, .. }) => names(known, option),
+        _ => String::new(),
+    }
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

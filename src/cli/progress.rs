@@ -16,7 +16,7 @@ impl Progress {
             Some(PARTS as u64),
             ProgressDrawTarget::stderr_with_hz(8),
         );
-        let template = "{wide_bar} {percent:>3} %  {elapsed} of it, {eta} to go  {msg}";
+        let template = "{wide_bar} {percent:>3} %  {eta} left  {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }

@@ -45,9 +45,10 @@ struct Report<'a> {
 pub(super) fn reference(
     registry: &Registry,
     args: &ReferenceArgs,
+    verbose: bool,
     out: &mut dyn Write,
 ) -> Result<Done> {
-    let prepared = prepare(&args.scene)?;
+    let prepared = prepare(&args.scene, verbose)?;
     let setup = setup(registry, args, &prepared)?;
     let wanted = wanted(args, &setup)?;
     let path = reference_path(&args.output, &setup.name, &setup.key);

@@ -2,10 +2,11 @@
 
 use std::io::Write;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use pathspace_benches::checkpoint::{Identity, Shards};
-use pathspace_benches::output::{Metadata, Output};
+use pathspace_benches::output::{Format, Metadata, Output, OutputError};
 use pathspace_benches::precision::CONFIDENCE;
 use pathspace_benches::preview::Preview;
 use pathspace_benches::{Budget, Exposure, Plan, RelativeError, Session, Shard, Status};
@@ -15,7 +16,7 @@ use serde::Serialize;
 
 use super::args::RenderArgs;
 use super::checkpoint::Keeper;
-use super::image;
+use super::image::{self, Written};
 use super::progress::Progress;
 use super::scene::{pool, prepare};
 use super::{Done, interrupt, say};
@@ -43,8 +44,13 @@ struct Report<'a> {
     checkpoint: Option<String>,
     resumed_at: Option<f64>,
     output: Option<String>,
+    files: Vec<String>,
+    exposure: Option<f64>,
     version: &'a str,
 }
+
+/// Samples per pixel where neither the command line nor the scene file says.
+const SAMPLES: u64 = 16;
 
 /// The relative error of the image, where it was asked for.
 #[derive(Debug, Serialize)]
@@ -91,16 +97,24 @@ impl Noise {
 }
 
 /// Renders a scene with one integrator.
-pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write) -> Result<Done> {
-    let prepared = prepare(&args.scene)?;
+pub(super) fn render(
+    registry: &Registry,
+    args: &RenderArgs,
+    verbose: bool,
+    out: &mut dyn Write,
+) -> Result<Done> {
+    let prepared = prepare(&args.scene, verbose)?;
     let integrator = prepared.integrator(registry, args.integrator.as_ref())?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let goal = args.goal.goal();
+    let mut goal = args.goal.goal();
+    if goal.budget.is_none() && goal.error.is_none() {
+        goal.budget = Some(Budget::Samples(prepared.spp.map_or(SAMPLES, u64::from)));
+    }
     if goal.budget.map(|b| shard.share_of(b)) == Some(Budget::Samples(0)) {
         bail!("nothing is left for shard {shard}: there are fewer samples per pixel than shards");
     }
     let pool = pool(args.scene.threads)?;
-    let output = args.output.as_deref().map(Output::open).transpose()?;
+    let output = place(args, &prepared.name)?;
     let spec = integrator.spec();
     let identity = Identity {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -124,7 +138,7 @@ pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write
     let resumed_at = found.as_ref().map(|c| c.film.samples_per_pixel());
     let shown = output.as_ref().map_or_else(
         || format!("{} by {spec}", args.scene.scene),
-        |output| output.exr().display().to_string(),
+        |output| output.path().display().to_string(),
     );
     let mut preview = match &args.tev {
         None => None,
@@ -166,6 +180,7 @@ pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write
     if let Some(gone) = preview.and_then(|p| p.finish(&exposed.film)) {
         say(&format!("warning: {gone}"));
     }
+    let mut written = None;
     if let Some(output) = &output {
         let metadata = Metadata {
             scene: args.scene.scene.clone(),
@@ -177,14 +192,13 @@ pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write
             seconds: exposed.spent.seconds,
             version: env!("CARGO_PKG_VERSION").into(),
         };
-        image::write(output, &exposed.film, metadata)?;
+        written = Some(image::write(output, &exposed.film, metadata, args.exposure)?);
     }
     tell_nonfinite(&spec, exposed.film.nonfinite(), exposed.film.nonfinite_examples());
     // After the image, which is not to be lost over it.
     kept?;
 
     let film = &exposed.film;
-    let written = output.map(|o| o.exr().display().to_string());
     let report = Report {
         scene: &args.scene.scene,
         scene_hash: &prepared.hash,
@@ -205,17 +219,46 @@ pub(super) fn render(registry: &Registry, args: &RenderArgs, out: &mut dyn Write
         error: noise,
         checkpoint: keeper.path(),
         resumed_at,
-        output: written,
+        output: output.map(|o| o.path().display().to_string()),
+        files: written.iter().flat_map(|w| &w.files).map(|p| p.display().to_string()).collect(),
+        exposure: written.as_ref().map(|w| w.stops),
         version: env!("CARGO_PKG_VERSION"),
     };
-    tell(&report, out)?;
+    tell(&report, written.as_ref(), out)?;
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
     }
     Ok(Done::Well)
 }
 
-fn tell(report: &Report<'_>, out: &mut dyn Write) -> Result<()> {
+/// Where the image goes: as asked for, or beside where the command was called under the name of the scene. What nobody asked to
+/// write must be free, or by this program.
+fn place(args: &RenderArgs, name: &str) -> Result<Option<Output>> {
+    if args.no_image {
+        return Ok(None);
+    }
+    let share =
+        args.shard.map_or(String::new(), |s| format!(".{}", s.to_string().replace('/', "-of-")));
+    let own = || PathBuf::from(format!("{name}{share}.exr"));
+    let output = Output::open(&args.output.clone().unwrap_or_else(own))?;
+    if args.layers != Layers::NONE && output.format() != Format::Exr {
+        bail!("{}: layers need an EXR file", output.path().display());
+    }
+    if args.shard.is_some() && output.format() != Format::Exr {
+        bail!("{}: a shard needs an EXR file", output.path().display());
+    }
+    if !args.force {
+        output.keep_foreign(args.output.as_deref()).map_err(|e| match e {
+            OutputError::Foreign { .. } => {
+                anyhow!("{e}: take another name with -o, or --force to replace it")
+            }
+            other => other.into(),
+        })?;
+    }
+    Ok(Some(output))
+}
+
+fn tell(report: &Report<'_>, written: Option<&Written>, out: &mut dyn Write) -> Result<()> {
     let Report { scene, integrator, width, height, samples_per_pixel, seconds, .. } = report;
     let early = if report.complete || !interrupt::requested() { "" } else { "interrupted: " };
     let shard = report.shard.as_ref().map_or(String::new(), |s| format!(" (shard {s})"));
@@ -229,9 +272,11 @@ fn tell(report: &Report<'_>, out: &mut dyn Write) -> Result<()> {
     if let Some(noise) = &report.error {
         writeln!(out, "{}", noise.tell())?;
     }
-    match &report.output {
-        Some(path) => writeln!(out, "wrote {path}")?,
-        None => writeln!(out, "no image written (ask with -o FILE.exr)")?,
+    if let Some(written) = written {
+        writeln!(out, "wrote {}", written.names())?;
+        if let Some(note) = &written.note {
+            writeln!(out, "{note}")?;
+        }
     }
     if let (Some(path), false) = (&report.checkpoint, report.complete) {
         writeln!(out, "to go on: the same command with --resume {path}")?;

@@ -7,10 +7,20 @@ use pathspace_benches::report;
 
 use super::Done;
 use super::args::ReportArgs;
+use super::compare::{screen, tell};
 
-/// Writes report.html from the results.json beside it.
-pub(super) fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Done> {
+/// Writes report.html from the results.json beside it, and says what it says.
+pub(super) fn report(args: &ReportArgs, verbose: bool, out: &mut dyn Write) -> Result<Done> {
+    let results = report::read(&args.dir)?;
     let path = report::rebuild(&args.dir)?;
-    writeln!(out, "{}", path.display())?;
+    screen::tell(&results, out)?;
+    for scene in &results.scenes {
+        tell::tell_curves(scene, out)?;
+    }
+    tell::tell_overall(&results.overall, out)?;
+    if verbose {
+        tell::tell_details(&results, out)?;
+    }
+    writeln!(out, "\nOpen    {}", path.display())?;
     Ok(Done::Well)
 }

@@ -5,20 +5,24 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use pathspace_core::Scene;
-use pathspace_core::description::{Crop, FilterKind};
+use pathspace_core::description::{Crop, FilterKind, SceneDescription};
 use pathspace_core::integrator::Integrator;
 use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec};
-use pathspace_scenes::{LoadedScene, library};
+use pathspace_scenes::source::Disk;
+use pathspace_scenes::{LoadedScene, library, LoadOptions, Note};
 
 use super::args::SceneArgs;
 use super::say;
+use super::words::did_you_mean;
 
 /// A scene with what its file and the command line say about rendering it.
 pub(super) struct Prepared {
     /// Name in the library, or of the file.
     pub(super) name: String,
     pub(super) scene: Arc<Scene>,
+    /// What the scene was built of, with what the command line changed.
+    pub(super) description: SceneDescription,
     /// Hash of its content.
     pub(super) hash: String,
     /// The hash with what was changed of film, filter and depth.
@@ -26,19 +30,19 @@ pub(super) struct Prepared {
     /// Name of the integrator that the file asks for; path tracing where it does not.
     pub(super) integrator: Spec,
     pub(super) defaults: Defaults,
+    /// Samples per pixel that the file asks for.
+    pub(super) spp: Option<u32>,
 }
 
-/// Reads, adjusts and builds the scene; notes of the reader go to stderr.
-pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared> {
-    prepare_with(args, false)
+/// Reads, adjusts and builds the scene. Notes of the reader that may change the image go to stderr; the others too where asked for.
+pub(super) fn prepare(args: &SceneArgs, verbose: bool) -> Result<Prepared> {
+    prepare_with(args, verbose, false)
 }
 
 /// [`prepare`] with the box filter, which all renderers share, where asked for.
-pub(super) fn prepare_with(args: &SceneArgs, box_filter: bool) -> Result<Prepared> {
+pub(super) fn prepare_with(args: &SceneArgs, verbose: bool, box_filter: bool) -> Result<Prepared> {
     let mut loaded = load(args)?;
-    for note in &loaded.notes {
-        say(&format!("note: {note}"));
-    }
+    tell_notes(&loaded.notes, verbose);
     let film = &mut loaded.description.film;
     if let Some((width, height)) = args.size {
         (film.width, film.height) = (width, height);
@@ -61,11 +65,26 @@ pub(super) fn prepare_with(args: &SceneArgs, box_filter: bool) -> Result<Prepare
     Ok(Prepared {
         name: loaded.name,
         scene: Arc::new(scene),
+        description: loaded.description,
         key: format!("{} {film:?} {max_length:?}", loaded.hash),
         hash: loaded.hash,
         integrator: name.parse()?,
         defaults: Defaults { rules: WalkRules { max_length, rr_depth: file.rr_depth } },
+        spp: file.spp,
     })
+}
+
+/// A line for each note that may change the image; one for all the others, which every file has, where asked for.
+fn tell_notes(notes: &[Note], verbose: bool) {
+    let (serious, harmless): (Vec<&Note>, Vec<&Note>) =
+        notes.iter().partition(|n| n.kind.is_error_when_strict());
+    for note in serious {
+        say(&format!("warning: {note}"));
+    }
+    if verbose && !harmless.is_empty() {
+        let texts: Vec<String> = harmless.iter().map(ToString::to_string).collect();
+        say(&format!("note: without effect on the image: {}", texts.join("; ")));
+    }
 }
 
 fn load(args: &SceneArgs) -> Result<LoadedScene> {
@@ -77,10 +96,41 @@ fn load(args: &SceneArgs) -> Result<LoadedScene> {
         bail!("{}: is a directory, not a scene file", args.scene);
     }
     if !path.exists() {
-        let known: Vec<&str> = library::all().iter().map(|s| s.name).collect();
-        bail!("{}: no such file, and no scene of the library ({})", args.scene, known.join(", "));
+        let known = || library::all().iter().map(|s| s.name);
+        bail!(
+            "{}: no such file, and no scene of the library ({}){}",
+            args.scene,
+            known().collect::<Vec<_>>().join(", "),
+            did_you_mean(&args.scene, known())
+        );
     }
-    Ok(pathspace_scenes::load(path, &args.define)?)
+    let options =
+        LoadOptions { params: args.define.clone(), strict: args.strict, sensor: args.sensor };
+    Ok(pathspace_scenes::load_with(&Disk, path, &options)?)
+}
+
+/// Names that integrators have in Mitsuba 3, with what they are here.
+const ALIASES: [(&str, &str, Option<(&str, &str)>); 4] = [
+    ("path", "pt", None),
+    ("volpath", "pt", None),
+    ("ptracer", "lt", None),
+    // Emission and one bounce.
+    ("direct", "pt", Some(("max_depth", "2"))),
+];
+
+/// The spec with the name that an integrator has here, where it has Mitsuba's and no plug-in is called so.
+pub(super) fn own_name(registry: &Registry, spec: &Spec) -> Result<Spec> {
+    let alias = ALIASES.iter().find(|(alias, ..)| *alias == spec.name);
+    let Some((_, name, extra)) = alias.filter(|_| registry.all().all(|(n, _)| n != spec.name))
+    else {
+        return Ok(spec.clone());
+    };
+    let mut options: Vec<String> = spec.pairs().map(|(k, v)| format!("{k}={v}")).collect();
+    if let Some((key, value)) = extra.filter(|(key, _)| spec.pairs().all(|(k, _)| k != *key)) {
+        options.push(format!("{key}={value}"));
+    }
+    let colon = if options.is_empty() { "" } else { ":" };
+    Ok(format!("{name}{colon}{}", options.join(",")).parse()?)
 }
 
 impl Prepared {
@@ -90,7 +140,8 @@ impl Prepared {
         registry: &Registry,
         spec: Option<&Spec>,
     ) -> Result<Box<dyn Integrator>> {
-        Ok(registry.create(spec.unwrap_or(&self.integrator), &self.defaults)?)
+        let spec = own_name(registry, spec.unwrap_or(&self.integrator))?;
+        Ok(registry.create(&spec, &self.defaults)?)
     }
 }
 

@@ -7,6 +7,7 @@ use pathspace_scenes::library;
 
 use super::Done;
 use super::args::{ScenesArgs, ScenesCommand};
+use super::words::did_you_mean;
 
 /// Lists the library or exports one scene.
 pub(super) fn scenes(args: &ScenesArgs, out: &mut dyn Write) -> Result<Done> {
@@ -19,8 +20,12 @@ pub(super) fn scenes(args: &ScenesArgs, out: &mut dyn Write) -> Result<Done> {
         }
         Some(ScenesCommand::Export { name, dir }) => {
             let Some(scene) = library::find(name) else {
-                let known: Vec<&str> = library::all().iter().map(|s| s.name).collect();
-                bail!("no scene '{name}' in the library (known: {})", known.join(", "));
+                let known = || library::all().iter().map(|s| s.name);
+                bail!(
+                    "no scene '{name}' in the library (known: {}){}",
+                    known().collect::<Vec<_>>().join(", "),
+                    did_you_mean(name, known())
+                );
             };
             for path in scene.export(dir)? {
                 writeln!(out, "{}", path.display())?;

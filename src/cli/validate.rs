@@ -18,7 +18,8 @@ use super::args::ValidateArgs;
 use super::progress::Progress;
 use super::scene::pool;
 use super::table::{Table, percent};
-use super::{Done, interrupt, mutants};
+use super::words::{did_you_mean, quoted};
+use super::{Done, interrupt, mutants, program};
 
 /// What `--json` prints; see docs/json.md.
 #[derive(Debug, Serialize)]
@@ -97,7 +98,8 @@ pub(super) fn validate(
 fn suite(args: &ValidateArgs) -> Result<Suite> {
     let mut suite = Suite::find(&args.suite).ok_or_else(|| {
         let known: Vec<&str> = Suite::list().iter().map(|s| s.name).collect();
-        anyhow!("'{}' is no suite ({})", args.suite, known.join(", "))
+        let hint = did_you_mean(&args.suite, known.iter().copied());
+        anyhow!("'{}' is no suite ({}){hint}", args.suite, known.join(", "))
     })?;
     let config = &mut suite.config;
     config.seed = args.seed;
@@ -126,13 +128,13 @@ fn write(path: &Path, text: &str) -> Result<()> {
 
 /// The same scene and integrators alone, with the level that the test had.
 fn told(failure: Failure, args: &ValidateArgs) -> Told {
-    let mut replay = format!("pathspace validate {}", args.suite);
+    let mut replay = format!("{} validate {}", program(), args.suite);
     for integrator in &failure.integrators {
         // The second of two equal ones is asked for by the same spec again.
         let spec = integrator.split('#').next().unwrap_or(integrator);
-        replay += &format!(" -i {spec}");
+        replay += &format!(" -i {}", quoted(spec));
     }
-    replay += &format!(" --scene '{}' --seed {}", failure.scene, failure.seed);
+    replay += &format!(" --scene {} --seed {}", quoted(&failure.scene), failure.seed);
     replay += &format!(" --level {:e}", failure.level);
     if let Some(k) = args.replicates {
         replay += &format!(" --replicates {k}");
@@ -172,16 +174,16 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
     let [well, wrong, open] = report.tally();
     writeln!(
         out,
-        "\n{}: {well} agree, {wrong} differ, {open} inconclusive, {} failures; seed {}, \
+        "\n{}{} of {} comparisons conclusive, {open} need more samples; seed {}, \
          probability of any false alarm {:.0e}, {:.0} s",
-        if !failures.is_empty() {
-            "FAILED"
-        } else if report.complete {
-            "PASSED"
-        } else {
-            "INTERRUPTED"
+        match (failures.len(), report.complete) {
+            (0, true) => "No error found: ".into(),
+            (0, false) => "Interrupted, no error found so far: ".into(),
+            (1, _) => "AN ERROR FOUND: ".to_owned(),
+            (n, _) => format!("{n} ERRORS FOUND: "),
         },
-        failures.len(),
+        well + wrong,
+        well + wrong + open,
         report.config.seed,
         report.config.alpha,
         report.seconds

@@ -43,7 +43,9 @@ fn bad_use_is_one_line() {
     let table: &[(&[&str], &str)] = &[
         (&["paint"], "paint"),
         (&["render"], "SCENE"),
-        (&["render", "cornell-box"], "--spp"),
+        (&["render", "cornell-box", "--sp", "1"], "did you mean '--spp'?"),
+        (&["render", "cornell-box", "--sp", "1"], "render --help')"),
+        (&["rendr", "cornell-box"], "did you mean 'render'?"),
         (&["render", "cornell-box", "--spp", "1", "--seconds", "1"], "--seconds"),
         (&["render", "cornell-box", "--spp", "0"], "--spp"),
         (&["render", "cornell-box", "--spp", "-4"], "-4"),
@@ -53,6 +55,7 @@ fn bad_use_is_one_line() {
         (&["render", "cornell-box", "--seconds", "nan"], "nan"),
         (&["render", "cornell-box", "--seconds", "inf"], "inf"),
         (&["render", "cornell-bax", "--spp", "1"], "cornell-bax: no such file"),
+        (&["render", "cornell-bax", "--spp", "1"], "did you mean 'cornell-box'?"),
         (&["render", "missing/scene.xml", "--spp", "1"], "missing/scene.xml: no such file"),
         (&["render", ".", "--spp", "1"], ".: is a directory"),
         (&["render", "cornell-box", "--spp", "1", "--size", "8"], "expected WxH"),
@@ -69,6 +72,18 @@ fn bad_use_is_one_line() {
         (&["render", "cornell-box", "--spp", "1", "-D", "nobody=1"], "nobody"),
         (&["render", "cornell-box", "--spp", "1", "-D", "res=wide"], "cornell-box/scene.xml:"),
         (&["render", "cornell-box", "--spp", "1", "-i", "magic"], "unknown integrator 'magic'"),
+        (&["render", "cornell-box", "--spp", "1", "-i", "bpdt"], "did you mean 'bdpt'?"),
+        (
+            &["render", "cornell-box", "--spp", "1", "-i", "bdpt:heurstic=power"],
+            "did you mean 'heuristic'?",
+        ),
+        (&["render", "cornell-box", "--spp", "1", "--exposure", "bright"], "or auto"),
+        (
+            &["render", "cornell-box", "--spp", "1", "--layers", "st", "-o", "a.npy"],
+            "layers need an EXR file",
+        ),
+        (&["validate", "quik"], "did you mean 'quick'?"),
+        (&["scenes", "export", "furnance", "x"], "did you mean 'furnace'?"),
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:"], "NAME[:key=value"),
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:colour=red"], "no option 'colour'"),
         (&["render", "cornell-box", "--spp", "1", "-i", "pt:nee=maybe"], "true or false"),
@@ -92,9 +107,9 @@ fn bad_use_is_one_line() {
     }
     // Places where no image can be written are found before the rendering, whatever its length.
     for (out, expected) in [
-        ("a.png", "must end in .exr"),
-        ("a", "must end in .exr"),
-        (".exr", "must end in .exr"),
+        ("a.jpg", "must end in .exr, .png, .pfm or .npy"),
+        ("a", "must end in .exr, .png, .pfm or .npy"),
+        (".exr", "must end in .exr, .png, .pfm or .npy"),
         ("", "a value is required"),
         ("missing/a.exr", "missing/a.exr: cannot write: No such file"),
         ("file/a.exr", "file/a.exr: cannot write: Not a directory"),

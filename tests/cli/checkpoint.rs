@@ -200,7 +200,7 @@ mod signals {
         let script = format!(
             "trap '' XFSZ; ulimit -f 8; exec {} {} --checkpoint-every 0.000001",
             env!("CARGO_BIN_EXE_pathspace"),
-            with(&["--spp", "5", "--checkpoint", &save]).join(" ")
+            with(&["--spp", "5", "--no-image", "--checkpoint", &save]).join(" ")
         );
         let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
         let message = stderr(&output);

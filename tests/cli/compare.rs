@@ -77,7 +77,14 @@ fn different_depths_differ_and_that_is_the_exit_status() {
     // Direct light alone is the same, and one of them never makes length 3.
     assert_eq!(pair["lengths"][1]["verdict"], "agree");
     assert_eq!(pair["lengths"][2]["reason"], "never_sampled");
-    assert!(stdout(&output).contains("DIFFER"));
+    let text = stdout(&output);
+    assert!(
+        text.contains(
+            "ARE THEY RIGHT?  No: 1 of 1 pair differs: lt:max_depth=2 and lt:max_depth=3."
+        ),
+        "{text}"
+    );
+    assert!(text.contains("WHICH IS BEST?   Not to be said while integrators differ"), "{text}");
 }
 
 #[test]
@@ -96,6 +103,7 @@ fn what_light_tracing_can_not_make_is_left_out_and_said() {
         "--replicates",
         "16",
         "--json",
+        "--verbose",
     ]);
     let v = last_line(&output);
     let pair = &v["pairs"][0];
@@ -108,6 +116,11 @@ fn what_light_tracing_can_not_make_is_left_out_and_said() {
     assert!(
         stdout(&output).contains("of pt's image (paths whose vertex at the sensor is specular)")
     );
+    let share = format!("{:.1} %", 100.0 * (1.0 - fraction));
+    let text = stdout(&output);
+    let row = text.lines().find(|l| l.trim_start().starts_with("lt*")).unwrap();
+    assert!(row.ends_with(&share), "{row}");
+    assert!(text.contains("* cannot see glass or mirrors directly"), "{text}");
     // The whole image of pt is brighter by just that part.
     let whole = v["integrators"][0]["mean"].as_array().unwrap();
     let rgb: Vec<f64> = whole.iter().map(|c| c.as_f64().unwrap()).collect();
@@ -194,4 +207,53 @@ fn seconds_are_those_of_one_replicate() {
     ]);
     let seconds = v["integrators"][0]["seconds"].as_f64().unwrap();
     assert!((seconds / 0.4 - 1.0).abs() < 0.1, "{seconds}");
+}
+
+/// What a person reads without asking for more: verdicts, the best, a row each, and what to type next.
+#[test]
+fn the_first_screen_is_short_and_its_commands_run() {
+    let folder = Folder::new();
+    let args = [
+        "compare",
+        "cornell-box",
+        "-i",
+        "pt",
+        "-i",
+        "bdpt",
+        "-i",
+        "lt",
+        "--size",
+        "8x8",
+        "--spp",
+        "2",
+        "--replicates",
+        "4",
+        "-o",
+        "out",
+    ];
+    let output = run_in(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.lines().count() <= 24, "{text}");
+    let line = |start: &str| {
+        let found = text.lines().find_map(|l| l.strip_prefix(start));
+        found.unwrap_or_else(|| panic!("no line {start}: {text}")).trim().to_owned()
+    };
+    assert!(
+        text.starts_with("cornell-box 8×8 · 3 integrators × 4 renders · 2 samples per pixel each")
+    );
+    assert!(line("ARE THEY RIGHT?").starts_with("No difference found in 3 pairs"), "{text}");
+    line("WHICH IS BEST?");
+    assert!(!text.contains("path length"), "{text}");
+    assert!(folder.path().join(line("Open")).is_file());
+    for start in ["Firmer", "Details"] {
+        let mut words = line(start);
+        words = words.replace(env!("CARGO_BIN_EXE_pathspace"), "");
+        let words: Vec<&str> = words.split_whitespace().collect();
+        let output = run_in(folder.path(), &words);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
+    }
+    assert!(folder.path().join("out2/report.html").is_file());
+    let details = run_in(folder.path(), &["report", "out", "--verbose"]);
+    assert!(stdout(&details).contains("path length"));
 }

@@ -202,7 +202,7 @@ fn a_reference_is_built_once_and_measured_against() {
     ];
     let output = run_in(folder.path(), &args);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(stdout(&output).contains("squared error against the reference"));
+    assert!(stdout(&output).contains("errors are measured against a reference"));
     let r = results(&folder, "out");
     assert_eq!(r["scenes"][0]["reference"]["integrators"], serde_json::json!(["pt", "bdpt"]));
     // A reference that is a share of what is compared.

@@ -153,11 +153,116 @@ fn the_png_beside_it_has_the_size_of_the_image() {
 fn seconds_end_within_a_tenth_of_the_budget() {
     for seconds in [0.5, 1.5] {
         let budget = seconds.to_string();
-        let v = json(&small("cornell-box", &["--seconds", &budget, "--json"]));
+        let v = json(&small("cornell-box", &["--seconds", &budget, "--no-image", "--json"]));
         let spent = v["seconds"].as_f64().unwrap();
         assert!((spent / seconds - 1.0).abs() < 0.1, "{spent} of {seconds}");
         assert_eq!(v["output"], serde_json::Value::Null);
         assert_eq!(v["complete"], true);
+    }
+}
+
+/// Without `-o` the image is called as the scene, and stands where the command was called.
+#[test]
+fn the_image_is_kept_unless_somebody_else_needs_the_name() {
+    let folder = Folder::new();
+    let args = small("furnace", &["--spp", "1"]);
+    let output = run_in(folder.path(), &args);
+    assert!(stdout(&output).contains("wrote furnace.exr, furnace.png"), "{}", stdout(&output));
+    assert_eq!(folder.list(), ["furnace.exr", "furnace.png"]);
+    // What it wrote itself it may write again.
+    assert_eq!(run_in(folder.path(), &args).status.code(), Some(0));
+    for name in ["furnace.png", "furnace.exr"] {
+        folder.write(name, "mine");
+        let output = run_in(folder.path(), &args);
+        assert_eq!(output.status.code(), Some(2));
+        let message = stderr(&output);
+        assert!(message.contains(&format!("{name}: is there already")), "{message}");
+        assert_eq!(std::fs::read_to_string(folder.file(name)).unwrap(), "mine");
+        let forced = run_in(folder.path(), &[&args[..], &["--force"]].concat());
+        assert_eq!(forced.status.code(), Some(0), "{}", stderr(&forced));
+    }
+    // A name that was given is meant.
+    folder.write("b.exr", "old");
+    assert_eq!(
+        run_in(folder.path(), &[&args[..], &["-o", "b.exr"]].concat()).status.code(),
+        Some(0)
+    );
+}
+
+#[test]
+fn samples_per_pixel_are_those_of_the_file() {
+    let folder = Folder::new();
+    let scene = folder.write(
+        "a.xml",
+        r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm">
+            <integer name="width" value="4"/><integer name="height" value="4"/><rfilter type="box"/></film>
+            <sampler type="independent"><integer name="sample_count" value="7"/></sampler></sensor>
+            <emitter type="constant"/></scene>"#,
+    );
+    let v = last_line(&run_in(folder.path(), &["render", &scene, "--json"]));
+    assert_eq!(v["samples_per_pixel"], 7.0);
+    assert_eq!(v["files"], serde_json::json!(["a.exr", "a.png"]));
+}
+
+#[test]
+fn an_image_is_what_its_name_says() {
+    let folder = Folder::new();
+    let of = |name: &str| {
+        let out = folder.file(name);
+        json(&small("cornell-box", &["--spp", "1", "-o", &out, "--json"]));
+        std::fs::read(out).unwrap()
+    };
+    let exr = Exr::read(&{
+        of("a.exr");
+        folder.file("a.exr")
+    });
+    let (pfm, npy) = (of("b.pfm"), of("c.npy"));
+    let float = |bytes: &[u8], at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    // The last pixel of an array is the last of the image, that of a float map the right end of its first row.
+    assert_eq!(float(&npy, npy.len() - 4), *exr.channel("B").last().unwrap());
+    assert_eq!(float(&pfm, pfm.len() - 4), exr.channel("B")[31]);
+    assert!(of("d.png").starts_with(b"\x89PNG"));
+    assert_eq!(folder.list(), ["a.exr", "a.png", "b.pfm", "c.npy", "d.png"]);
+}
+
+#[test]
+fn exposure_is_in_stops() {
+    let folder = Folder::new();
+    let level = |stops: &str| {
+        let out = folder.file("a.png");
+        // The background is 1 everywhere.
+        let args = [
+            "render",
+            "furnace",
+            "--size",
+            "8x8",
+            "--spp",
+            "1",
+            "--max-depth",
+            "1",
+            "--exposure",
+            stops,
+            "-o",
+            &out,
+        ];
+        assert_eq!(run(&args).status.code(), Some(0));
+        image::open(&out).unwrap().to_rgb8().get_pixel(0, 0).0[1]
+    };
+    // sRGB of ½ and ¼.
+    assert_eq!((level("-1"), level("-2")), (188, 137));
+    assert!(level("0") > 230 && level("auto") > 200);
+}
+
+#[test]
+fn integrators_answer_to_their_names_in_mitsuba() {
+    for (alias, name) in [
+        ("path", "pt"),
+        ("ptracer", "lt"),
+        ("volpath:rr_depth=3", "pt:rr_depth=3"),
+        ("direct", "pt:max_depth=2"),
+    ] {
+        let v = json(&small("cornell-box", &["-i", alias, "--spp", "1", "--no-image", "--json"]));
+        assert_eq!(v["integrator"], name);
     }
 }
 

@@ -23,7 +23,7 @@ fn a_page_is_written_from_the_results_alone() {
     folder.write("results.json", results.to_string());
     let output = run_in(folder.path(), &["report", "."]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert_eq!(stdout(&output).trim(), "./report.html");
+    assert!(stdout(&output).ends_with("Open    ./report.html\n"), "{}", stdout(&output));
     let page = std::fs::read_to_string(folder.file("report.html")).unwrap();
     assert!(page.contains("a note") && page.trim_end().ends_with("</html>"));
     assert_eq!(folder.list(), ["report.html", "results.json"]);

@@ -49,8 +49,11 @@ impl Drop for Folder {
     }
 }
 
+/// The command, in a directory where images may be left under names of their own.
 pub fn command() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_pathspace"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pathspace"));
+    command.current_dir(env!("CARGO_TARGET_TMPDIR"));
+    command
 }
 
 /// Runs the command in a directory.

@@ -5,11 +5,13 @@ use pathspace_validation::stats::geometric_mean;
 use crate::results::{Overall, SceneResults};
 
 const RESAMPLES: usize = 9999;
+/// Scenes from which on a bootstrap over them says something.
+const SCENES: usize = 5;
 
 /// Geometric mean over scenes of the ratio of efficiencies to the baseline, with a bootstrap over scenes.
 ///
-/// Integrators with a ratio in two scenes at least take part, in the order in which they come first. With a handful of scenes the
-/// interval is too narrow; it says nothing of scenes of another kind.
+/// Integrators with a ratio in two scenes at least take part, in the order in which they come first. With fewer than five scenes there is
+/// no interval (NaN): a bootstrap over so few is too narrow. It says nothing of scenes of another kind.
 pub fn overall(scenes: &[SceneResults]) -> Vec<Overall> {
     let mut found: Vec<(String, String, Vec<f64>)> = Vec::new();
     for arm in scenes.iter().flat_map(|s| &s.arms) {
@@ -27,8 +29,9 @@ pub fn overall(scenes: &[SceneResults]) -> Vec<Overall> {
     }
     let mean = |(integrator, baseline, values): (String, String, Vec<f64>)| {
         let g = geometric_mean(&values, 0.95, RESAMPLES, 1).ok()?;
-        let (geometric_mean, low, high) = (g.value, g.low, g.high);
         let scenes = values.len();
+        let end = |v: f64| if scenes < SCENES { f64::NAN } else { v };
+        let (geometric_mean, low, high) = (g.value, end(g.low), end(g.high));
         Some(Overall { integrator, baseline, geometric_mean, low, high, scenes })
     };
     found.into_iter().filter_map(mean).collect()

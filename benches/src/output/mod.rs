@@ -1,31 +1,38 @@
-//! Image files: EXR with layers and metadata, and a tone-mapped PNG beside it.
+//! Image files: EXR with layers and metadata and a tone-mapped PNG beside it; or PNG, PFM or NPY alone.
 //!
 //! A file appears whole or not at all: it is written under a temporary name beside its place, flushed to the disk and then
 //! renamed. [`Output::open`] finds out before the rendering whether the place can be written at all.
 
 mod exr;
+mod plain;
 mod png;
 mod sheet;
 pub(crate) mod whole;
 
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use pathspace_core::description::FilmDescription;
 use thiserror::Error;
 
 pub use png::{exposure, tone_map};
-pub use sheet::{Weighting, technique_sheet};
+pub use sheet::{SheetRow, Weighting, labelled_sheet, technique_sheet};
 use whole::{probe, write_whole};
 
 /// Why an image was not written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The name does not end in `.exr`.
-    #[error("{}: the name of an image must end in .exr", path.display())]
+    /// The name does not end in that of a format.
+    #[error("{}: the name of an image must end in .exr, .png, .pfm or .npy", path.display())]
     Name {
         /// The name.
+        path: PathBuf,
+    },
+    /// There is a file of another program where nobody asked to write.
+    #[error("{}: is there already, and pathspace did not write it", path.display())]
+    Foreign {
+        /// The file.
         path: PathBuf,
     },
     /// The file cannot be written: no such directory, no permission, no space, …
@@ -81,62 +88,126 @@ pub struct Picture<'a> {
     pub metadata: Metadata,
 }
 
+/// What an image file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Linear radiance with layers and metadata; a PNG stands beside it.
+    Exr,
+    /// Tone-mapped, 8 bits.
+    Png,
+    /// Linear radiance, portable float map.
+    Pfm,
+    /// Linear radiance, an array of NumPy: `float32[height, width, 3]`.
+    Npy,
+}
+
+impl Format {
+    fn of(path: &Path) -> Option<Format> {
+        let end = path.extension()?.to_str()?.to_ascii_lowercase();
+        path.file_stem()?;
+        match end.as_str() {
+            "exr" => Some(Format::Exr),
+            "png" => Some(Format::Png),
+            "pfm" => Some(Format::Pfm),
+            "npy" => Some(Format::Npy),
+            _ => None,
+        }
+    }
+}
+
 /// A place for an image that could be written when it was opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
-    exr: PathBuf,
+    path: PathBuf,
+    format: Format,
 }
 
 impl Output {
-    /// Checks that `path` ends in `.exr`, and that it and the PNG beside it can be written. Leaves nothing behind.
+    /// Checks that `path` ends in `.exr`, `.png`, `.pfm` or `.npy`, and that all [`Output::files`] can be written. Leaves nothing
+    /// behind.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.
     pub fn open(path: &Path) -> Result<Output, OutputError> {
-        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        if !exr || path.file_stem().is_none() {
-            return Err(OutputError::Name { path: path.to_path_buf() });
-        }
-        let output = Output { exr: path.to_path_buf() };
-        for target in [output.exr().to_path_buf(), output.png()] {
+        let bad = || OutputError::Name { path: path.to_path_buf() };
+        let format = Format::of(path).ok_or_else(bad)?;
+        let output = Output { path: path.to_path_buf(), format };
+        for target in output.files() {
             probe(&target).map_err(|e| failed(&target, &e))?;
         }
         Ok(output)
     }
 
-    /// Path of the EXR file.
-    pub fn exr(&self) -> &Path {
-        &self.exr
+    /// Path of the image.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
-    /// Path of the PNG file.
-    pub fn png(&self) -> PathBuf {
-        self.exr.with_extension("png")
+    /// Its format.
+    pub fn format(&self) -> Format {
+        self.format
     }
 
-    /// Writes the EXR file and the PNG, the latter with radiance multiplied by `exposure`.
+    /// The files that [`Output::write`] writes: the image, and beside an EXR file a PNG.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let beside = (self.format == Format::Exr).then(|| self.path.with_extension("png"));
+        std::iter::once(self.path.clone()).chain(beside).collect()
+    }
+
+    /// Refuses to replace files that are not by this program, those of `spared` excepted.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`].
+    pub fn keep_foreign(&self, spared: Option<&Path>) -> Result<(), OutputError> {
+        let foreign = |p: &PathBuf| Some(p.as_path()) != spared && p.exists() && !is_ours(p);
+        match self.files().into_iter().find(foreign) {
+            Some(path) => Err(OutputError::Foreign { path }),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes [`Output::files`]; where one is a PNG, radiance is multiplied by `exposure` in it.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.
     pub fn write(&self, picture: &Picture<'_>, exposure: f64) -> Result<(), OutputError> {
-        let bytes = exr::encode(picture).map_err(|e| failed(&self.exr, &e))?;
-        write_bytes(&self.exr, &bytes).map_err(|e| failed(&self.exr, &e))?;
-        let png = self.png();
-        let bytes = png::encode(picture, exposure).map_err(|e| failed(&png, &e))?;
-        write_bytes(&png, &bytes).map_err(|e| failed(&png, &e))
+        for path in self.files() {
+            let bytes = match Format::of(&path) {
+                Some(Format::Exr) => exr::encode(picture),
+                Some(Format::Pfm) => Ok(plain::pfm(picture)),
+                Some(Format::Npy) => Ok(plain::npy(picture)),
+                Some(Format::Png) | None => png::encode(picture, exposure),
+            };
+            bytes.and_then(|b| write_bytes(&path, &b)).map_err(|e| failed(&path, &e))?;
+        }
+        Ok(())
     }
-}
 
-impl Output {
-    /// Writes a picture beside the EXR file, under its name with `suffix`: `out.exr`, `out.techniques.png`.
+    /// Writes a picture beside the image, under its name with `suffix`: `out.exr`, `out.techniques.png`. Returns its path.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.
-    pub fn write_beside(&self, suffix: &str, picture: &image::RgbImage) -> Result<(), OutputError> {
-        let path = self.exr.with_extension(suffix);
+    pub fn write_beside(
+        &self,
+        suffix: &str,
+        picture: &image::RgbImage,
+    ) -> Result<PathBuf, OutputError> {
+        let path = self.path.with_extension(suffix);
         let bytes = png::encode_rgb(picture).map_err(|e| failed(&path, &e))?;
-        write_bytes(&path, &bytes).map_err(|e| failed(&path, &e))
+        write_bytes(&path, &bytes).map_err(|e| failed(&path, &e))?;
+        Ok(path)
     }
+}
+
+/// How much of a file is looked at for the name of who wrote it.
+const HEAD: u64 = 1 << 16;
+
+/// True where a file says that this program wrote it, as its EXR and PNG files do.
+fn is_ours(path: &Path) -> bool {
+    let name = b"pathspace";
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    read.is_ok() && head.windows(name.len()).any(|w| w == name)
 }
 
 fn failed(path: &Path, error: &io::Error) -> OutputError {

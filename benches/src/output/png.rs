@@ -1,8 +1,7 @@
 //! PNG for looking at: exposure, a soft shoulder, the sRGB curve, 8 bits.
 
-use std::io::{self, Cursor};
+use std::io;
 
-use image::{ExtendedColorType, ImageEncoder};
 use pathspace_core::color::luminance;
 
 use super::Picture;
@@ -34,11 +33,7 @@ pub(super) fn encode(picture: &Picture<'_>, exposure: f64) -> io::Result<Vec<u8>
     let crop = picture.film.crop;
     let bytes: Vec<u8> =
         picture.pixels.iter().flatten().map(|v| to_byte(tone(v * exposure))).collect();
-    let mut out = Cursor::new(Vec::new());
-    image::codecs::png::PngEncoder::new(&mut out)
-        .write_image(&bytes, crop.width, crop.height, ExtendedColorType::Rgb8)
-        .map_err(|e| io::Error::other(e.to_string()))?;
-    Ok(out.into_inner())
+    file(&bytes, crop.width, crop.height)
 }
 
 /// Radiance times exposure as an sRGB colour of 8 bits.
@@ -48,11 +43,18 @@ pub fn tone_map(radiance: [f64; 3], exposure: f64) -> [u8; 3] {
 
 /// The bytes of a picture without layers.
 pub(super) fn encode_rgb(picture: &image::RgbImage) -> io::Result<Vec<u8>> {
-    let mut out = Cursor::new(Vec::new());
-    image::codecs::png::PngEncoder::new(&mut out)
-        .write_image(picture, picture.width(), picture.height(), ExtendedColorType::Rgb8)
-        .map_err(|e| io::Error::other(e.to_string()))?;
-    Ok(out.into_inner())
+    file(picture, picture.width(), picture.height())
+}
+
+/// A PNG file that says who wrote it.
+fn file(bytes: &[u8], width: u32, height: u32) -> io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.add_text_chunk("Software".into(), "pathspace".into())?;
+    encoder.write_header()?.write_image_data(bytes)?;
+    Ok(out)
 }
 
 /// The identity below the shoulder, then an exponential towards 1 with the same slope.

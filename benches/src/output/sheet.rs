@@ -83,6 +83,32 @@ pub fn technique_sheet(film: &Film, weighting: Weighting) -> Option<RgbImage> {
     Some(sheet)
 }
 
+/// A row of a [`labelled_sheet`]: pictures of one size, each with its label.
+pub type SheetRow = Vec<(String, Vec<[f64; 3]>)>;
+
+/// Rows of labelled pictures of `width`×`height` pixels, all at one exposure.
+pub fn labelled_sheet(rows: &[SheetRow], width: usize, height: usize, exposure: f64) -> RgbImage {
+    let factor = width.max(height).div_ceil(CELL);
+    let (w, h) = (width.div_ceil(factor) as u32, height.div_ceil(factor) as u32);
+    let (dx, dy) = (w + GAP, h + LABEL + GAP);
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0) as u32;
+    let size = (GAP + columns * dx, GAP + rows.len() as u32 * dy);
+    let mut sheet = RgbImage::from_pixel(size.0, size.1, Rgb([24, 24, 24]));
+    for (row, cells) in rows.iter().enumerate() {
+        let y = GAP + row as u32 * dy;
+        for (column, (label, image)) in cells.iter().enumerate() {
+            let x = GAP + column as u32 * dx;
+            let room = (w / GLYPH) as usize;
+            write(&mut sheet, x, y, &label.chars().take(room).collect::<String>());
+            for (px, py) in (0..h).flat_map(|py| (0..w).map(move |px| (px, py))) {
+                let mean = block_mean(image, width, height, px, py, factor);
+                sheet.put_pixel(x + px, y + LABEL + py, Rgb(png::tone_map(mean, exposure)));
+            }
+        }
+    }
+    sheet
+}
+
 /// Mean of a block of `factor`² pixels, clipped at the border.
 fn block_mean(
     image: &[[f64; 3]],

@@ -69,15 +69,23 @@ pub fn write(results: &Results, folder: &Path, path: &Path) -> Result<(), Report
         .map_err(|source| ReportError::Write { path: path.to_path_buf(), source })
 }
 
+/// Reads `results.json` in `folder`.
+///
+/// # Errors
+/// [`ReportError::Read`], where it is not there or is of another schema.
+pub fn read(folder: &Path) -> Result<Results, ReportError> {
+    let path = folder.join("results.json");
+    let wrong = |reason: String| ReportError::Read { path: path.clone(), reason };
+    let text = std::fs::read_to_string(&path).map_err(|e| wrong(e.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))
+}
+
 /// Reads `results.json` in `folder` and writes `report.html` beside it, whose path is returned.
 ///
 /// # Errors
 /// [`ReportError`], also where `results.json` is not there or is of another schema.
 pub fn rebuild(folder: &Path) -> Result<PathBuf, ReportError> {
-    let path = folder.join("results.json");
-    let wrong = |reason: String| ReportError::Read { path: path.clone(), reason };
-    let text = std::fs::read_to_string(&path).map_err(|e| wrong(e.to_string()))?;
-    let results: Results = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    let results = read(folder)?;
     let report = folder.join("report.html");
     write(&results, folder, &report)?;
     Ok(report)

@@ -74,6 +74,11 @@ pub(crate) enum AreaSample {
 }
 
 impl Shape {
+    /// Area in the normalised scene; over `scale`² of [`super::Normalisation`] it is that in world units.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
     /// A point uniform on the area; the density is 1/area.
     pub(crate) fn sample_area(&self, u: [f32; 2]) -> AreaSample {
         match &self.kind {

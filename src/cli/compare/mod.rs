@@ -1,7 +1,9 @@
 //! `pathspace compare`.
 
+mod firmer;
+pub(super) mod screen;
 mod setup;
-mod tell;
+pub(super) mod tell;
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -22,10 +24,12 @@ use super::progress::Progress;
 use super::scene::pool;
 use super::{Done, interrupt, say};
 use setup::Scenes;
-use tell::{Report, tell, tell_curves, tell_overall};
+use tell::{Report, tell_curves, tell_details, tell_overall};
 
 /// The page in the folder of the results.
 const PAGE: &str = "report.html";
+/// Replicates unless asked for otherwise.
+const REPLICATES: u32 = 16;
 /// Folder of finished renders in that of the results.
 const CELLS: &str = "cells";
 
@@ -42,12 +46,13 @@ struct Reports<'a> {
 pub(super) fn compare(
     registry: &Registry,
     args: &CompareArgs,
+    verbose: bool,
     out: &mut dyn Write,
 ) -> Result<Done> {
     let mut config = config(args)?;
     let pool = pool(config.threads)?;
     config.threads = u16::try_from(pool.current_num_threads()).ok();
-    let mut scenes = Scenes::open(registry, &config)?;
+    let mut scenes = Scenes::open(registry, &config, verbose)?;
     if let Some(dir) = &args.output {
         record::prepare(dir)?;
     }
@@ -108,16 +113,16 @@ pub(super) fn compare(
             store.remove();
         }
     }
-    finish(&plan, &scenes, &analysed, &results, args, out)
+    finish(&plan, &scenes, &analysed, &results, (args, verbose), out)
 }
 
-/// Tables, warnings, paths and the object of `--json`.
+/// The first screen, details where asked for, warnings, paths and the object of `--json`.
 fn finish(
     plan: &Plan,
     scenes: &Scenes,
     analysed: &[Analysed],
     results: &Results,
-    args: &CompareArgs,
+    (args, verbose): (&CompareArgs, bool),
     out: &mut dyn Write,
 ) -> Result<Done> {
     for (name, count, example) in analysed.iter().flat_map(|a| &a.nonfinite) {
@@ -140,25 +145,18 @@ fn finish(
             version: env!("CARGO_PKG_VERSION"),
         })
         .collect();
-    for (n, (report, scene)) in reports.iter().zip(&results.scenes).enumerate() {
-        if n > 0 {
-            writeln!(out)?;
-        }
-        tell(report, scene.reference.is_some(), out)?;
+    screen::tell(results, out)?;
+    for scene in &results.scenes {
         tell_curves(scene, out)?;
     }
     tell_overall(&results.overall, out)?;
+    if verbose {
+        tell_details(results, out)?;
+    }
     for note in &results.notes {
         writeln!(out, "\n{note}")?;
     }
-    if let Some(dir) = &args.output {
-        let path = dir.join("results.json");
-        writeln!(out, "\nresults in {}, images beside it", path.display())?;
-        writeln!(out, "report: {}", dir.join(PAGE).display())?;
-        if !results.complete {
-            writeln!(out, "the same command goes on from here")?;
-        }
-    }
+    firmer::tell(args, verbose, results.complete, out)?;
     if args.json {
         let text = match reports.as_slice() {
             [one] => serde_json::to_string(one)?,
@@ -205,7 +203,7 @@ fn config(args: &CompareArgs) -> Result<Config> {
         spp: args.spp.map(Many::One),
         seconds: args.seconds.map(Many::One),
         sweep: args.sweep.clone(),
-        replicates: args.replicates.unwrap_or(16),
+        replicates: args.replicates.unwrap_or(REPLICATES),
         seed: options.seed,
         threads: options.threads,
         size: options.size.map(|(w, h)| format!("{w}x{h}")),

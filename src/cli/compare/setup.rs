@@ -26,7 +26,7 @@ pub(super) struct Scenes {
 
 impl Scenes {
     /// Reads scenes, makes integrators, starts other renderers. One that is absent or refuses is left out with a note.
-    pub(super) fn open(registry: &Registry, config: &Config) -> Result<Self> {
+    pub(super) fn open(registry: &Registry, config: &Config, verbose: bool) -> Result<Self> {
         let mut specs = Vec::new();
         for text in &config.integrators {
             specs.push(text.parse::<Spec>()?);
@@ -45,7 +45,7 @@ impl Scenes {
         };
         for scene in &config.scenes {
             let args = arguments(scene, config)?;
-            let prepared = prepare_with(&args, peers)?;
+            let prepared = prepare_with(&args, verbose, peers)?;
             if peers && args.crop.is_some() {
                 bail!("{}: other renderers have no crop window here", args.scene);
             }
@@ -152,6 +152,8 @@ fn arguments(scene: &SceneConfig, config: &Config) -> Result<SceneArgs> {
     }
     let film = own_size.or(config.size.as_deref());
     Ok(SceneArgs {
+        strict: false,
+        sensor: 0,
         scene: name.clone(),
         options: SceneOptions {
             size: film.map(size).transpose().map_err(bad("size"))?,

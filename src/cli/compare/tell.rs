@@ -1,12 +1,15 @@
-//! What a comparison prints: tables for people, one object for programs.
+//! What a comparison says with `--verbose`: each pair, then speed and error of all, then all verdicts at a glance; and the object
+//! of `--json`.
 
 use std::io::Write;
 
 use anyhow::Result;
-use pathspace_benches::compare::{Comparison, IntegratorSummary, PairSummary};
-use pathspace_benches::results::{Overall, SceneResults};
+use pathspace_benches::compare::{Comparison, PairSummary};
+use pathspace_benches::results::{Overall, Results, SceneResults};
+use pathspace_benches::standing::Standings;
+use pathspace_validation::page::{ratio, verdict_words};
 use pathspace_validation::pairs::LengthSummary;
-use pathspace_validation::stats::{Reason, Rule};
+use pathspace_validation::stats::{Reason, Rule, Verdict};
 use serde::Serialize;
 
 use super::super::table::{Table, figure, p_value, percent};
@@ -27,52 +30,57 @@ pub(super) struct Report<'a> {
     pub(super) version: &'a str,
 }
 
-/// The tables of one scene: each pair, then speed and error of all, then all verdicts at a glance.
-pub(super) fn tell(
-    report: &Report<'_>,
-    against_reference: bool,
-    out: &mut dyn Write,
-) -> Result<()> {
-    if !report.complete {
-        writeln!(out, "interrupted: what follows is from {} replicates", report.replicates)?;
+/// The tables of every scene.
+pub(in super::super) fn tell_details(results: &Results, out: &mut dyn Write) -> Result<()> {
+    for scene in &results.scenes {
+        writeln!(out, "\n{}: seed {}", scene.name, results.seed)?;
+        for pair in &scene.pairs {
+            tell_pair(pair, out)?;
+        }
+        writeln!(out)?;
+        tell_speed(scene, results.machine.threads, out)?;
+        tell_verdicts(scene, out)?;
     }
-    writeln!(
-        out,
-        "{}: {}×{}, {} replicates of each integrator, seed {}, {} threads",
-        report.scene, report.width, report.height, report.replicates, report.seed, report.threads
-    )?;
-    for pair in &report.comparison.pairs {
-        tell_pair(pair, out)?;
-    }
-    writeln!(out)?;
-    tell_speed(&report.comparison.integrators, against_reference, out)?;
-    tell_verdicts(report.comparison, out)
+    Ok(())
 }
 
-fn tell_speed(
-    integrators: &[IntegratorSummary],
-    against_reference: bool,
-    out: &mut dyn Write,
-) -> Result<()> {
-    let mut table = Table::new(
-        &["integrator", "spp", "seconds", "cpu s", "MSE", "relMSE", "efficiency", "Mrays/s"],
-        &[0],
-    );
-    for i in integrators {
+fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Result<()> {
+    let standings = Standings::of(scene, threads);
+    let (wall, cpu) = (format!("× {}", standings.baseline), "per CPU s");
+    let heading = [
+        "integrator",
+        "spp",
+        "seconds",
+        "CPU s",
+        "MSE",
+        "relMSE",
+        "efficiency",
+        &wall,
+        cpu,
+        "by relMSE",
+        "Mrays/s",
+    ];
+    let mut table = Table::new(&heading, &[0]);
+    for row in &standings.rows {
+        let arm = &scene.arms[row.index];
+        let Some(p) = arm.points.last() else { continue };
         table.row(vec![
-            i.integrator.clone(),
-            figure(i.spp),
-            figure(i.seconds),
-            figure(i.cpu_seconds),
-            figure(i.mse),
-            figure(i.relmse),
-            figure(i.efficiency),
+            row.integrator.clone(),
+            figure(p.spp),
+            figure(p.seconds),
+            figure(p.cpu_seconds),
+            figure(p.mse.value),
+            figure(p.relmse),
+            figure(arm.efficiency.value),
+            ratio(row.ratio),
+            ratio(row.cpu_ratio),
+            ratio(row.relative_ratio),
             // Other renderers do not tell.
-            if i.rays > 0.0 { figure(i.rays / i.seconds / 1e6) } else { "—".into() },
+            if p.rays > 0.0 { figure(p.rays / p.seconds / 1e6) } else { "—".into() },
         ]);
     }
     table.write("", out)?;
-    let error = if against_reference {
+    let error = if scene.reference.is_some() {
         "the squared error against the reference"
     } else {
         "the variance across replicates"
@@ -80,11 +88,14 @@ fn tell_speed(
     writeln!(
         out,
         "Figures of one replicate. MSE is {error}, averaged over the pixels of all that the\n\
-         integrator can make; efficiency is 1/(MSE·seconds)."
+         integrator can make; efficiency is 1/(MSE·seconds). Ratios are over {}: by MSE and wall\n\
+         clock on the light that both make, by MSE and processor time, by relMSE of whole images.",
+        standings.baseline
     )?;
-    let slow: Vec<String> = (integrators.iter())
-        .filter(|i| i.startup_seconds > 0.0)
-        .map(|i| format!("{} {} s", i.integrator, figure(i.startup_seconds)))
+    let slow: Vec<String> = (scene.arms.iter())
+        .filter_map(|a| Some((a, a.points.last()?.startup_seconds)))
+        .filter(|(_, seconds)| *seconds > 0.0)
+        .map(|(a, seconds)| format!("{} {} s", a.integrator, figure(seconds)))
         .collect();
     if !slow.is_empty() {
         writeln!(out, "Loading and compiling, not counted: {}.", slow.join(", "))?;
@@ -93,26 +104,26 @@ fn tell_speed(
 }
 
 /// The verdict on every pair with the detectable bias of the image, where there are so many pairs that they are not seen together.
-fn tell_verdicts(comparison: &Comparison, out: &mut dyn Write) -> Result<()> {
-    let names: Vec<&str> = comparison.integrators.iter().map(|i| i.integrator.as_str()).collect();
+fn tell_verdicts(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
+    let names: Vec<&str> = scene.arms.iter().map(|a| a.integrator.as_str()).collect();
     if names.len() < 3 {
         return Ok(());
     }
     let cell = |a: &str, b: &str| {
-        let pair = comparison.pairs.iter().map(|p| &p.judgement);
+        let pair = scene.pairs.iter().map(|p| &p.judgement);
         let mut pair = pair.filter(|p| (p.a == a && p.b == b) || (p.a == b && p.b == a));
         let Some(pair) = pair.next() else { return String::new() };
-        let mark = match pair.verdict.as_str() {
-            "agree" => "=",
-            "differ" => "DIFFER",
-            _ => "?",
+        let mark = match pair.verdict {
+            Verdict::Agree => "=",
+            Verdict::Differ => "DIFFERS",
+            Verdict::Inconclusive => "?",
         };
         format!("{mark} {}", percent(pair.image.mdb))
     };
     writeln!(
         out,
-        "\nVerdicts with the detectable bias of the image: = agree, ? inconclusive (nothing\n\
-         differs, but a bias of more than {} could hide).\n",
+        "\nVerdicts with the detectable bias of the image: = no difference found, ? needs more\n\
+         samples (a bias of more than {} could hide).\n",
         percent(Rule::default().mdb_limit)
     )?;
     let last = names.len() - 1;
@@ -129,7 +140,7 @@ fn tell_verdicts(comparison: &Comparison, out: &mut dyn Write) -> Result<()> {
 fn tell_pair(summary: &PairSummary, out: &mut dyn Write) -> Result<()> {
     let pair = &summary.judgement;
     let (a, b, verdict) = (&pair.a, &pair.b, pair.verdict);
-    writeln!(out, "\n{a} and {b}: {}", verdict.as_str().to_uppercase())?;
+    writeln!(out, "\n{a} and {b}: {}", verdict_words(verdict).to_uppercase())?;
     for u in &pair.unseen {
         writeln!(
             out,
@@ -177,19 +188,19 @@ fn tell_pair(summary: &PairSummary, out: &mut dyn Write) -> Result<()> {
             t.rows,
             t.groups,
             p_value(t.p),
-            t.verdict
+            verdict_words(t.verdict)
         )?;
     }
     let interval = if summary.efficiency_ratio_low.is_finite() {
         let ends = [summary.efficiency_ratio_low, summary.efficiency_ratio_high];
-        format!(" [{}, {}]", figure(ends[0]), figure(ends[1]))
+        format!(" [{}, {}]", ratio(ends[0]), ratio(ends[1]))
     } else {
         String::new()
     };
     writeln!(
         out,
         "  efficiency of {a} over {b} on what both make: {}{interval}",
-        figure(summary.efficiency_ratio)
+        ratio(summary.efficiency_ratio)
     )?;
     Ok(())
 }
@@ -209,12 +220,12 @@ fn cells(l: &LengthSummary) -> Vec<String> {
         figure(l.mean_b),
         p_value(l.p),
         percent(l.mdb),
-        format!("{}{why}", l.verdict),
+        format!("{}{why}", verdict_words(l.verdict)),
     ]
 }
 
 /// Slopes of the curves and times to the target, where there is more than one budget.
-pub(super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
+pub(in super::super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
     let timed = scene.arms.iter().any(|a| a.time_to_error.is_some());
     if !timed && scene.arms.iter().all(|a| a.slope.is_none()) {
         return Ok(());
@@ -247,15 +258,25 @@ pub(super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -> Result<(
 }
 
 /// Ratios over all scenes.
-pub(super) fn tell_overall(overall: &[Overall], out: &mut dyn Write) -> Result<()> {
+pub(in super::super) fn tell_overall(overall: &[Overall], out: &mut dyn Write) -> Result<()> {
     let Some(first) = overall.first() else { return Ok(()) };
-    writeln!(out, "\nEfficiency over that of {}, geometric mean over scenes:\n", first.baseline)?;
-    let mut table = Table::new(&["integrator", "ratio", "95 % over scenes", "scenes"], &[0]);
+    writeln!(
+        out,
+        "\nOVER ALL SCENES  efficiency over that of {}, geometric mean over scenes:\n",
+        first.baseline
+    )?;
+    let over = format!("× {}", first.baseline);
+    let mut table = Table::new(&["", &over, "[95 % over scenes]", "scenes"], &[0, 1, 2]);
     for o in overall {
+        // None over fewer than five scenes.
+        let interval = match o.low.is_finite() && o.high.is_finite() {
+            true => format!("[{}, {}]", ratio(o.low), ratio(o.high)),
+            false => String::new(),
+        };
         table.row(vec![
             o.integrator.clone(),
-            figure(o.geometric_mean),
-            format!("[{}, {}]", figure(o.low), figure(o.high)),
+            ratio(o.geometric_mean),
+            interval,
             o.scenes.to_string(),
         ]);
     }

@@ -11,11 +11,11 @@ use minijinja::value::{Serde, Value};
 use minijinja::{AutoEscape, Environment, Error};
 use serde::Serialize;
 
-pub use numbers::{figure, p_value, percent};
+pub use numbers::{figure, p_value, percent, ratio, share, verdict_words};
 
 /// Renders `template`, which may extend `base.html`, with the values of `context`.
 ///
-/// Beside the filters of Jinja there are [`figure`], [`percent`] and [`p_value`], which show an undefined or infinite value as a dash.
+/// Beside the filters of Jinja there are [`figure`], [`ratio`], [`percent`], [`share`] and [`p_value`], which show an undefined or infinite value as a dash.
 ///
 /// # Errors
 /// Where the template is wrong, or the context can not be serialised.
@@ -40,6 +40,8 @@ fn environment() -> Result<Environment<'static>, Error> {
     environment.add_global("base_script", include_str!("assets/base.js"));
     environment.add_filter("figure", |v: &Value| number(v).map_or(DASH.into(), figure));
     environment.add_filter("percent", |v: &Value| number(v).map_or(DASH.into(), percent));
+    environment.add_filter("ratio", |v: &Value| number(v).map_or(DASH.into(), ratio));
+    environment.add_filter("share", |v: &Value| number(v).map_or(DASH.into(), share));
     environment.add_filter("p_value", |v: &Value| number(v).map_or(DASH.into(), p_value));
     environment.add_template("base.html", include_str!("assets/base.html"))?;
     Ok(environment)
