@@ -10,7 +10,7 @@ use pathspace_core::integrator::Integrator;
 use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec};
 use pathspace_scenes::source::Disk;
-use pathspace_scenes::{LoadedScene, library, LoadOptions, Note};
+use pathspace_scenes::{LoadOptions, LoadedScene, Note, library};
 
 use super::args::SceneArgs;
 use super::say;
