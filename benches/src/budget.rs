@@ -1,19 +1,9 @@
-//! Budgets: how long a run goes on. Built on [`Run`](pathspace_core::integrator::Run) alone.
+//! Budgets and goals: how long a render goes on. Plain data.
 
-use std::ops::ControlFlow;
-use std::sync::Arc;
-
-use pathspace_core::Scene;
-use pathspace_core::driver::Work;
-use pathspace_core::film::{Film, Layers};
-use pathspace_core::integrator::{Integrator, IntegratorError};
-
-use crate::clock::Spent;
-use crate::session::{Plan, Session};
-use crate::shard::Shard;
+use serde::{Deserialize, Serialize};
 
 /// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Budget {
     /// After this many steps; a step is one sample (or mutation) per pixel.
     Samples(u64),
@@ -67,53 +57,19 @@ impl Budget {
     }
 }
 
-/// Where a run is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Status {
-    /// Steps done.
-    pub steps: u64,
-    /// Samples per pixel done.
-    pub samples_per_pixel: f64,
-    /// Wall-clock seconds of rendering.
-    pub seconds: f64,
-    /// Share of the budget that is used up, in [0, 1].
-    pub used: f64,
+/// When a render ends: at the first of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Goal {
+    /// Where the budget is used up.
+    pub budget: Option<Budget>,
+    /// Where the relative error ([`Precision`](crate::Precision)) is surely, by the upper end of its interval, no larger than this.
+    pub error: Option<f64>,
 }
 
-/// A finished (or interrupted) render.
-#[derive(Clone, Debug)]
-pub struct Exposure {
-    /// The film.
-    pub film: Film,
-    /// Steps done.
-    pub steps: u64,
-    /// Samples and rays.
-    pub work: Work,
-    /// Time for rendering, start-up of the integrator included, the building of the scene not.
-    pub spent: Spent,
-    /// False where `watch` stopped it before the budget was used up.
-    pub complete: bool,
-}
-
-/// Renders until the budget is used up or `watch`, which is called after every step, says to stop.
-///
-/// Runs on the current rayon pool; the film is the same to the bit for any number of threads. [`Session`] is the same with a place to stop
-/// and go on.
-///
-/// # Errors
-/// Where the integrator does not render this scene.
-pub fn expose(
-    integrator: &dyn Integrator,
-    scene: &Arc<Scene>,
-    layers: Layers,
-    seed: u64,
-    budget: Budget,
-    watch: &mut dyn FnMut(&Status) -> ControlFlow<()>,
-) -> Result<Exposure, IntegratorError> {
-    let plan = Plan { integrator, scene, layers, seed, shard: Shard::WHOLE };
-    let mut session = Session::start(plan)?;
-    let complete = session.run(budget, &mut |_, status| watch(status))?;
-    Ok(session.finish(complete))
+impl From<Budget> for Goal {
+    fn from(budget: Budget) -> Self {
+        Goal { budget: Some(budget), error: None }
+    }
 }
 
 #[cfg(test)]

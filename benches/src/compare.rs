@@ -1,18 +1,17 @@
-//! A comparison of integrators on one scene in one call, and what it says, as tables and `--json` show it.
+//! A comparison of integrators on one scene in one call.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pathspace_core::Scene;
 use pathspace_core::integrator::Integrator;
-use pathspace_validation::json::number;
-use pathspace_validation::pairs::{Judgement, unique_name};
-use pathspace_validation::stats::{CompareConfig, StatsError, Verdict};
-use serde::{Deserialize, Serialize};
+use pathspace_validation::pairs::unique_name;
+use pathspace_validation::stats::{CompareConfig, StatsError};
 use thiserror::Error;
 
 use crate::analysis::{Questions, analyse};
 use crate::budget::Budget;
+use crate::comparison::Comparison;
 use crate::experiment::{Contestant, ExperimentError, Plan, Setup, Store};
 
 /// What is compared.
@@ -61,75 +60,4 @@ pub fn compare(contest: Contest, tests: &CompareConfig) -> Result<Comparison, Co
     plan.run(&store, &mut |_| ControlFlow::Continue(()))?;
     let questions = Questions { tests: *tests, ..Questions::default() };
     Ok(analyse(&plan, &store, &plan.setups[0], None, &questions)?.comparison)
-}
-
-/// What one integrator reached. Figures of one replicate, averaged over replicates.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct IntegratorSummary {
-    /// Spec of the integrator.
-    pub integrator: String,
-    /// Samples per pixel.
-    pub spp: f64,
-    /// Wall-clock seconds of rendering, start-up of the integrator included, loading and compiling of another renderer not.
-    pub seconds: f64,
-    /// Processor seconds of all threads.
-    pub cpu_seconds: f64,
-    /// Seconds of another renderer for loading and compiling, in all replicates; 0 for ours.
-    pub startup_seconds: f64,
-    /// MSE over all that this integrator sees: mean over pixels and channels of the variance across replicates, or of the squared
-    /// error against a reference.
-    pub mse: f64,
-    /// The same of error / (mean² + ε).
-    pub relmse: f64,
-    /// 1 / (mse · seconds).
-    pub efficiency: f64,
-    /// Replicates finished.
-    pub replicates: usize,
-    /// Rays of one replicate.
-    pub rays: f64,
-    /// Contributions that were not finite, in all replicates.
-    pub nonfinite: u64,
-    /// Mean of the image.
-    pub mean: [f64; 3],
-    /// Image file, where one was written.
-    pub output: Option<String>,
-}
-
-/// Two integrators compared on the paths that both can make.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PairSummary {
-    /// Do they agree?
-    #[serde(flatten)]
-    pub judgement: Judgement,
-    /// MSE of the first on what both make.
-    #[serde(deserialize_with = "number")]
-    pub mse_a: f64,
-    /// MSE of the second on what both make.
-    #[serde(deserialize_with = "number")]
-    pub mse_b: f64,
-    /// Efficiency of the first over that of the second on what both make.
-    #[serde(deserialize_with = "number")]
-    pub efficiency_ratio: f64,
-    /// Lower end of its 95 % interval.
-    #[serde(deserialize_with = "number")]
-    pub efficiency_ratio_low: f64,
-    /// Upper end of its 95 % interval.
-    #[serde(deserialize_with = "number")]
-    pub efficiency_ratio_high: f64,
-}
-
-/// All integrators and all pairs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// The integrators.
-    pub integrators: Vec<IntegratorSummary>,
-    /// Every pair of them.
-    pub pairs: Vec<PairSummary>,
-}
-
-impl Comparison {
-    /// True where a pair differs.
-    pub fn any_differ(&self) -> bool {
-        self.pairs.iter().any(|p| p.judgement.verdict == Verdict::Differ)
-    }
 }

@@ -17,7 +17,7 @@
 //! | How do other renderers take part? | [`peers`] |
 //! | How large is an error, and when is it small enough? | [`metrics`] |
 //! | What is it measured against? | [`mod@reference`] |
-//! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`compare`] |
+//! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`mod@compare`], [`comparison`] |
 //! | What does `results.json` hold, and what is written beside it? | [`results`], [`record`] |
 //! | Who stands where, in a sentence and in a table? | [`standing`] |
 //! | How does it look? | [`report`] |
@@ -30,14 +30,18 @@ pub mod budget;
 pub mod checkpoint;
 mod clock;
 pub mod compare;
+pub mod comparison;
 mod csv;
 pub mod experiment;
+mod expose;
+mod leftovers;
 pub mod metrics;
 mod moments;
 pub mod output;
 pub mod peers;
 pub mod precision;
 pub mod preview;
+mod program;
 pub mod record;
 pub mod reference;
 pub mod report;
@@ -46,10 +50,13 @@ pub mod session;
 pub mod shard;
 pub mod standing;
 
-pub use budget::{Budget, Exposure, Status, expose};
+pub use budget::{Budget, Goal};
 pub use clock::{Spent, Stopwatch};
 pub use csv::csv;
+pub use expose::expose;
+pub use leftovers::{TemporaryFolder, clear_leftovers, temporary_folder};
 pub use moments::ImageMoments;
 pub use precision::{Precision, RelativeError};
-pub use session::{Goal, Plan, Progress, Session};
+pub use program::program;
+pub use session::{Exposure, Plan, Progress, Session, Status};
 pub use shard::Shard;

@@ -3,10 +3,9 @@
 //! Paths are relative to the folder of the file. A number that is not finite is written as `null` and read as NaN.
 
 use pathspace_validation::json::{number, numbers};
+use pathspace_validation::pairs::Judgement;
 use pathspace_validation::stats::Estimate;
 use serde::{Deserialize, Serialize};
-
-use crate::compare::PairSummary;
 
 /// Version of the schema: later ones add fields, they rename and remove none.
 pub const SCHEMA: u32 = 1;
@@ -69,6 +68,29 @@ pub struct SceneResults {
     pub arms: Vec<ArmResults>,
     /// Every pair of them, at the largest budget.
     pub pairs: Vec<PairSummary>,
+}
+
+/// Two integrators compared on the paths that both can make.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PairSummary {
+    /// Do they agree?
+    #[serde(flatten)]
+    pub judgement: Judgement,
+    /// MSE of the first on what both make.
+    #[serde(deserialize_with = "number")]
+    pub mse_a: f64,
+    /// MSE of the second on what both make.
+    #[serde(deserialize_with = "number")]
+    pub mse_b: f64,
+    /// Efficiency of the first over that of the second on what both make.
+    #[serde(deserialize_with = "number")]
+    pub efficiency_ratio: f64,
+    /// Lower end of its 95 % interval.
+    #[serde(deserialize_with = "number")]
+    pub efficiency_ratio_low: f64,
+    /// Upper end of its 95 % interval.
+    #[serde(deserialize_with = "number")]
+    pub efficiency_ratio_high: f64,
 }
 
 /// A reference image.

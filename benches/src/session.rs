@@ -10,7 +10,7 @@ use pathspace_core::integrator::{Integrator, IntegratorError, Run, State};
 use pathspace_core::random::derive_seed;
 use serde::{Deserialize, Serialize};
 
-use crate::budget::{Budget, Exposure, Status};
+use crate::budget::{Budget, Goal};
 use crate::clock::{Spent, Stopwatch};
 use crate::precision::{Precision, RelativeError};
 use crate::shard::Shard;
@@ -37,19 +37,32 @@ pub struct Plan<'a> {
     pub shard: Shard,
 }
 
-/// When a render ends: at the first of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Goal {
-    /// Where the budget is used up.
-    pub budget: Option<Budget>,
-    /// Where the relative error ([`Precision`]) is surely, by the upper end of its interval, no larger than this.
-    pub error: Option<f64>,
+/// Where a run is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// Steps done.
+    pub steps: u64,
+    /// Samples per pixel done.
+    pub samples_per_pixel: f64,
+    /// Wall-clock seconds of rendering.
+    pub seconds: f64,
+    /// Share of the budget that is used up, in [0, 1].
+    pub used: f64,
 }
 
-impl From<Budget> for Goal {
-    fn from(budget: Budget) -> Self {
-        Goal { budget: Some(budget), error: None }
-    }
+/// A finished (or interrupted) render.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    /// The film.
+    pub film: Film,
+    /// Steps done.
+    pub steps: u64,
+    /// Samples and rays.
+    pub work: Work,
+    /// Time for rendering, start-up of the integrator included, the building of the scene not.
+    pub spent: Spent,
+    /// False where `watch` stopped it before the budget was used up.
+    pub complete: bool,
 }
 
 /// How far a render has come, besides its film: what [`Session::resume`] goes on from.
@@ -67,6 +80,10 @@ pub struct Progress {
     pub state: State,
     /// What is known about the error, where it was asked for.
     pub precision: Option<Precision>,
+    /// What it is to reach, for the whole render; nothing before [`Session::run`].
+    pub goal: Goal,
+    /// True where the goal was reached.
+    pub complete: bool,
     /// Where it was, and the run is a chain: the replicate under way.
     pub replicate: Replicate,
 }
@@ -103,6 +120,8 @@ pub struct Session<'a> {
     /// Steps since `clock` was started.
     own_steps: u64,
     precision: Option<Precision>,
+    goal: Goal,
+    complete: bool,
     replicate: Replicate,
 }
 
@@ -173,6 +192,8 @@ impl<'a> Session<'a> {
             paused: None,
             own_steps: 0,
             precision: progress.precision.clone(),
+            goal: progress.goal,
+            complete: progress.complete,
             replicate: progress.replicate,
         }
     }
@@ -191,6 +212,8 @@ impl<'a> Session<'a> {
             by_steps: self.by_steps,
             state: self.run.save(),
             precision: self.precision.clone(),
+            goal: self.goal,
+            complete: self.complete,
             replicate: self.replicate,
         }
     }
@@ -288,7 +311,9 @@ impl<'a> Session<'a> {
         goal: impl Into<Goal>,
         watch: &mut dyn FnMut(&Session<'a>, &Status) -> ControlFlow<()>,
     ) -> Result<bool, IntegratorError> {
-        let Goal { budget, error: target } = goal.into();
+        self.goal = goal.into();
+        self.complete = false;
+        let Goal { budget, error: target } = self.goal;
         let budget = budget.map(|b| self.plan.shard.share_of(b));
         if target.is_some() {
             self.watch_error();
@@ -296,6 +321,7 @@ impl<'a> Session<'a> {
         self.unpause();
         let done = self.go_on(budget, target, watch);
         self.pause();
+        self.complete = matches!(done, Ok(true));
         done
     }
 
@@ -339,8 +365,8 @@ impl<'a> Session<'a> {
     }
 
     /// Ends the render.
-    pub fn finish(self, complete: bool) -> Exposure {
-        let spent = self.spent();
+    pub fn finish(self) -> Exposure {
+        let (spent, complete) = (self.spent(), self.complete);
         Exposure { film: self.film, steps: self.steps, work: self.work, spent, complete }
     }
 }

@@ -23,9 +23,12 @@ pub struct Shard {
     count: u32,
 }
 
+/// Most shares of one render.
+const MAX_SHARDS: u32 = 100_000;
+
 /// Not a share of anything.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("expected i/n with 1 ≤ i ≤ n, such as 2/8")]
+#[error("expected i/n with 1 ≤ i ≤ n ≤ {MAX_SHARDS}, such as 2/8")]
 pub struct ShardError;
 
 impl Shard {
@@ -37,7 +40,11 @@ impl Shard {
     /// # Errors
     /// [`ShardError`], where there is no such share.
     pub fn new(index: u32, count: u32) -> Result<Shard, ShardError> {
-        if index < count { Ok(Shard { index, count }) } else { Err(ShardError) }
+        if index < count && count <= MAX_SHARDS {
+            Ok(Shard { index, count })
+        } else {
+            Err(ShardError)
+        }
     }
 
     /// Which share, counted from 0.
@@ -121,7 +128,7 @@ mod tests {
     fn shares_are_written_and_read_counted_from_one() {
         assert_eq!("2/8".parse::<Shard>().unwrap(), Shard::new(1, 8).unwrap());
         assert_eq!(Shard::new(1, 8).unwrap().to_string(), "2/8");
-        for text in ["", "1", "0/4", "5/4", "1/0", "-1/4", "1/4/2", "a/b", "1.5/2"] {
+        for text in ["", "1", "0/4", "5/4", "1/0", "-1/4", "1/4/2", "a/b", "1.5/2", "1/100001"] {
             assert_eq!(text.parse::<Shard>(), Err(ShardError), "{text}");
         }
     }

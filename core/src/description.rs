@@ -249,6 +249,43 @@ impl Default for FilmDescription {
     }
 }
 
+/// Most pixels of a film: beyond it sums would not fit the memory of a workstation.
+const MAX_FILM_PIXELS: u64 = 1 << 28;
+/// Longest side of a film, in pixels: image files and viewers end here.
+const MAX_FILM_SIDE: u32 = 1 << 16;
+
+impl FilmDescription {
+    /// What makes it impossible, in words; `None` where nothing does. Nothing is allocated for it.
+    pub fn problem(&self) -> Option<String> {
+        let (width, height) = (self.width, self.height);
+        let crop = self.crop;
+        if width == 0 || height == 0 {
+            return Some(format!("size {width}×{height} has no pixel"));
+        }
+        if width > MAX_FILM_SIDE || height > MAX_FILM_SIDE {
+            return Some(format!("size {width}×{height} has a side over {MAX_FILM_SIDE} pixels"));
+        }
+        if u64::from(width) * u64::from(height) > MAX_FILM_PIXELS {
+            return Some(format!("size {width}×{height} is over 2²⁸ pixels"));
+        }
+        let within = |origin: u32, n: u32, all: u32| {
+            n > 0 && u64::from(origin) + u64::from(n) <= u64::from(all)
+        };
+        if !within(crop.x, crop.width, width) || !within(crop.y, crop.height, height) {
+            return Some(format!(
+                "crop window {}×{} at ({}, {}) is not within {width}×{height}",
+                crop.width, crop.height, crop.x, crop.y
+            ));
+        }
+        let positive = match self.filter {
+            FilterKind::Box => true,
+            FilterKind::Tent { radius } => radius > 0.0 && radius <= 64.0,
+            FilterKind::Gaussian { stddev } => stddev > 0.0 && stddev <= 16.0,
+        };
+        (!positive).then(|| format!("filter {:?} has no valid width", self.filter))
+    }
+}
+
 /// A window of the film in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Crop {

@@ -227,6 +227,13 @@ pub(super) struct CheckpointArgs {
     pub(super) resume: Option<PathBuf>,
 }
 
+impl CheckpointArgs {
+    /// True where nothing is saved.
+    pub(super) fn is_none(&self) -> bool {
+        self.checkpoint.is_none() && self.resume.is_none()
+    }
+}
+
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArgs {
     /// Images of shards (their sums stand beside them as .film), or the .film files themselves.
@@ -235,6 +242,9 @@ pub(super) struct MergeArgs {
     /// Image to write; a PNG and the sums are written beside it.
     #[arg(short, long, value_name = "FILE.exr")]
     pub(super) output: PathBuf,
+    /// Write the image also where shards are missing or have not reached what they were to reach.
+    #[arg(long)]
+    pub(super) partial: bool,
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,

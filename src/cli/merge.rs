@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use pathspace_benches::checkpoint::{self, Checkpoint, Merged, sums_of};
-use pathspace_benches::output::{Format, Metadata, Output};
+use pathspace_benches::checkpoint::{self, Checkpoint, Merged, Part, sums_of};
+use pathspace_benches::output::{Format, Metadata, Output, is_same_file};
 use serde::Serialize;
 
 use super::args::MergeArgs;
@@ -25,6 +25,9 @@ struct Report<'a> {
     shards: u32,
     merged: Vec<u32>,
     missing: Vec<u32>,
+    /// Files that have not reached what they were to reach.
+    short: Vec<String>,
+    complete: bool,
     samples_per_pixel: f64,
     samples: u64,
     seconds: f64,
@@ -50,7 +53,20 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
             bail!("{}: is no shard: {} is not beside it", image.display(), path.display());
         }
     }
+    for path in args.shards.iter().chain(&paths) {
+        let own =
+            output.overwrites(path).or_else(|| is_same_file(&sums, path).then(|| sums.clone()));
+        if let Some(own) = own {
+            let (path, own) = (path.display(), own.display());
+            bail!("{path}: is to be merged, and {own} would be written over it");
+        }
+    }
     let Merged { checkpoint, parts, missing } = checkpoint::merge(&paths)?;
+    let short: Vec<String> = parts.iter().filter_map(lacks).collect();
+    let lacking = lacking(&missing, checkpoint.identity.shards.count, &short);
+    if let (Some(lacking), false) = (&lacking, args.partial) {
+        bail!("{lacking}; --partial merges what is there");
+    }
     let Checkpoint { identity, progress, film } = &checkpoint;
     checkpoint::write(&sums, identity, progress, film)?;
     let metadata = Metadata {
@@ -65,10 +81,8 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
     };
     let written = image::write(&output, film, metadata, Stops::default())?;
     tell_nonfinite(&identity.integrator, film.nonfinite(), film.nonfinite_examples());
-    if !missing.is_empty() {
-        let list: Vec<String> = missing.iter().map(|i| (i + 1).to_string()).collect();
-        let count = identity.shards.count;
-        say(&format!("warning: shards missing of {count}: {}", list.join(", ")));
+    if let Some(lacking) = &lacking {
+        say(&format!("warning: {lacking}"));
     }
     let from_one = |shards: &[u32]| shards.iter().map(|i| i + 1).collect();
     let crop = film.description().crop;
@@ -82,6 +96,8 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
         shards: identity.shards.count,
         merged: from_one(&identity.shards.present),
         missing: from_one(&missing),
+        short,
+        complete: lacking.is_none(),
         samples_per_pixel: film.samples_per_pixel(),
         samples: film.samples(),
         seconds: progress.spent.seconds,
@@ -114,4 +130,30 @@ pub(super) fn merge(args: &MergeArgs, out: &mut dyn Write) -> Result<Done> {
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
     }
     Ok(Done::Well)
+}
+
+/// What a file has not reached, with its name.
+fn lacks(part: &Part) -> Option<String> {
+    part.short.map(|short| format!("{} ({short})", part.path.display()))
+}
+
+/// What is missing of the whole, in words.
+fn lacking(missing: &[u32], count: u32, short: &[String]) -> Option<String> {
+    let mut words = Vec::new();
+    if !missing.is_empty() {
+        let list: Vec<String> = missing.iter().map(|i| (i + 1).to_string()).collect();
+        words.push(format!("shards missing of {count}: {}", first(&list)));
+    }
+    if !short.is_empty() {
+        words.push(format!("not finished: {}", first(short)));
+    }
+    (!words.is_empty()).then(|| words.join("; "))
+}
+
+/// The first items of a list, with the number of the others.
+fn first(list: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let (shown, rest) = list.split_at(list.len().min(SHOWN));
+    let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+    format!("{}{more}", shown.join(", "))
 }

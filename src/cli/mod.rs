@@ -1,6 +1,7 @@
 //! The command: `pathspace render`, `compare`, `validate` and the others.
 //!
-//! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr).
+//! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr), 130 interrupted by
+//! Ctrl-C, 143 by SIGTERM (128 and the number of the signal).
 
 mod args;
 mod checkpoint;
@@ -40,6 +41,8 @@ enum Done {
     Well,
     /// A pair of integrators differs, or one is wrong.
     Differ,
+    /// A signal ended it early; what was done until then is kept.
+    Interrupted,
 }
 
 /// Runs the command line of this process with the integrators of `registry`.
@@ -82,8 +85,13 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
     match done.and_then(|done| Ok(out.flush().map(|()| done)?)) {
         Ok(Done::Well) => ExitCode::SUCCESS,
         Ok(Done::Differ) => ExitCode::from(1),
+        Ok(Done::Interrupted) => interrupt::status(),
         // Whoever read our output has heard enough: `pathspace scenes | head -1`.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if error.is::<interrupt::Interrupted>() => {
+            say(&one_line(&error.to_string()));
+            interrupt::status()
+        }
         Err(error) => {
             say(&format!("error: {}{}", one_line(&format!("{error:#}")), meant(&error)));
             ExitCode::from(2)

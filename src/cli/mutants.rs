@@ -38,6 +38,7 @@ pub(super) fn hunt_all(args: &ValidateArgs, out: &mut dyn Write) -> Result<Done>
     let hunts: Vec<Hunt> = hunts().into_iter().filter(wanted).collect();
     let pool = pool(args.threads)?;
     interrupt::install();
+    interrupt::keep();
     let progress = Progress::new();
     let mut told = Vec::new();
     for (done, one) in hunts.iter().enumerate() {

@@ -7,18 +7,19 @@ use anyhow::{Context, Result, anyhow, bail};
 use pathspace_benches::Budget;
 use pathspace_benches::analysis::{Questions, analyse};
 use pathspace_benches::experiment::{Cell, Contestant, ExperimentStatus, Plan, Setup, Store};
-use pathspace_benches::output::Metadata;
+use pathspace_benches::output::{Metadata, read_text};
 use pathspace_benches::reference::{Part, ReferenceImage, reference_path};
 use pathspace_benches::results::Results;
 use pathspace_integrators::{Registry, Spec};
 use pathspace_validation::stats::Verdict;
 use serde::Serialize;
 
+use super::Done;
 use super::args::ReferenceArgs;
+use super::interrupt::{self, Interrupted};
 use super::progress::Progress;
 use super::scene::{Prepared, pool, prepare};
 use super::table::{figure, percent};
-use super::{Done, interrupt};
 
 /// Integrators of a reference unless others are named.
 const PAIR: [&str; 2] = ["bdpt", "pt"];
@@ -123,7 +124,7 @@ fn build(
             if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         if !pool.install(|| plan.run(&store, &mut watch))? {
-            bail!("interrupted: no reference was written");
+            bail!(Interrupted("interrupted: no reference was written".into()));
         }
         let setup = &plan.setups[0];
         let found = pool.install(|| analyse(&plan, &store, setup, None, &Questions::default()))?;
@@ -203,8 +204,7 @@ fn wanted(args: &ReferenceArgs, setup: &Setup) -> Result<f64> {
     let Some(path) = &args.results else {
         return args.error.ok_or_else(|| anyhow!("--error or --for is missing"));
     };
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("{}: cannot read", path.display()))?;
+    let text = read_text(path).with_context(|| format!("{}: cannot read", path.display()))?;
     let results: Results =
         serde_json::from_str(&text).with_context(|| format!("{}: no results", path.display()))?;
     let scenes = results.scenes.iter().filter(|s| s.hash == setup.hash);

@@ -2,14 +2,14 @@
 
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use pathspace_benches::checkpoint::{Identity, Shards};
 use pathspace_benches::output::{Format, Metadata, Output, OutputError};
 use pathspace_benches::precision::CONFIDENCE;
 use pathspace_benches::preview::Preview;
-use pathspace_benches::{Budget, Exposure, Plan, RelativeError, Session, Shard, Status};
+use pathspace_benches::{Budget, Exposure, Plan, RelativeError, Session, Shard, Status, program};
 use pathspace_core::film::{Film, Layers, NonFinite};
 use pathspace_integrators::Registry;
 use serde::Serialize;
@@ -103,6 +103,7 @@ pub(super) fn render(
     verbose: bool,
     out: &mut dyn Write,
 ) -> Result<Done> {
+    interrupt::install();
     let prepared = prepare(&args.scene, verbose)?;
     let integrator = prepared.integrator(registry, args.integrator.as_ref())?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
@@ -115,9 +116,15 @@ pub(super) fn render(
     }
     let pool = pool(args.scene.threads)?;
     let output = place(args, &prepared.name)?;
+    if let Some(output) = &output {
+        spare(output, args)?;
+    } else if args.layers != Layers::NONE && args.checkpoint.is_none() {
+        bail!("--layers names layers of an image file, and --no-image asks for none");
+    }
     let spec = integrator.spec();
     let identity = Identity {
         version: env!("CARGO_PKG_VERSION").into(),
+        program: program().into(),
         scene: args.scene.scene.clone(),
         scene_hash: prepared.hash.clone(),
         integrator: spec.clone(),
@@ -147,7 +154,6 @@ pub(super) fn render(
             Some(Preview::open(address, &shown, &film)?)
         }
     };
-    interrupt::install();
     let progress = Progress::new();
     let plan = Plan {
         integrator: &*integrator,
@@ -161,7 +167,9 @@ pub(super) fn render(
             None => Session::start(plan)?,
             Some(c) => Session::resume(plan, &c.progress, c.film)?,
         };
-        let complete = session.run(goal, &mut |session, status: &Status| {
+        session.run(goal, &mut |session, status: &Status| {
+            // Before the first step is done there is nothing that the checkpoint does not have.
+            interrupt::keep();
             progress.set(status.used, || format!("{} spp", status.samples_per_pixel));
             keeper.now_and_then(session);
             if let Some(p) = &mut preview
@@ -171,9 +179,10 @@ pub(super) fn render(
             }
             if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
+        interrupt::keep();
         let kept = keeper.at_the_end(&session);
         let noise = Noise::of(&session, goal.error);
-        Ok((session.finish(complete), kept, noise))
+        Ok((session.finish(), kept, noise))
     });
     drop(progress);
     let (exposed, kept, noise) = rendered?;
@@ -228,7 +237,29 @@ pub(super) fn render(
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
     }
-    Ok(Done::Well)
+    Ok(if stopped(&report) { Done::Interrupted } else { Done::Well })
+}
+
+/// Makes sure that no file that is read is written over.
+fn spare(output: &Output, args: &RenderArgs) -> Result<()> {
+    let scene = Path::new(&args.scene.scene);
+    let checkpoints = [&args.checkpoint.checkpoint, &args.checkpoint.resume];
+    let mut read = checkpoints.into_iter().flatten().map(|p| (p.as_path(), "the checkpoint"));
+    let eaten = read.find(|(path, _)| output.overwrites(path).is_some());
+    let scene = output.overwrites(scene).map(|_| (scene, "the scene"));
+    if let Some((path, what)) = eaten.or(scene) {
+        bail!(
+            "{}: is {what}, and the image {} would be written over it",
+            path.display(),
+            output.path().display()
+        );
+    }
+    Ok(())
+}
+
+/// True where a signal came before the goal was reached.
+fn stopped(report: &Report<'_>) -> bool {
+    !report.complete && interrupt::requested()
 }
 
 /// Where the image goes: as asked for, or beside where the command was called under the name of the scene. What nobody asked to
@@ -260,7 +291,7 @@ fn place(args: &RenderArgs, name: &str) -> Result<Option<Output>> {
 
 fn tell(report: &Report<'_>, written: Option<&Written>, out: &mut dyn Write) -> Result<()> {
     let Report { scene, integrator, width, height, samples_per_pixel, seconds, .. } = report;
-    let early = if report.complete || !interrupt::requested() { "" } else { "interrupted: " };
+    let early = if stopped(report) { "interrupted: " } else { "" };
     let shard = report.shard.as_ref().map_or(String::new(), |s| format!(" (shard {s})"));
     let rate = report.rays as f64 / seconds / 1e6;
     writeln!(

@@ -104,6 +104,9 @@ fn load(args: &SceneArgs) -> Result<LoadedScene> {
             did_you_mean(&args.scene, known())
         );
     }
+    if !path.is_file() {
+        bail!("{}: is no regular file", args.scene);
+    }
     let options =
         LoadOptions { params: args.define.clone(), strict: args.strict, sensor: args.sensor };
     Ok(pathspace_scenes::load_with(&Disk, path, &options)?)

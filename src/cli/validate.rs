@@ -15,11 +15,12 @@ use pathspace_validation::validate::{
 use serde::Serialize;
 
 use super::args::ValidateArgs;
+use super::interrupt::{self, Interrupted};
 use super::progress::Progress;
 use super::scene::pool;
 use super::table::{Table, percent};
 use super::words::{did_you_mean, quoted};
-use super::{Done, interrupt, mutants, program};
+use super::{Done, mutants, program};
 
 /// What `--json` prints; see docs/json.md.
 #[derive(Debug, Serialize)]
@@ -60,6 +61,7 @@ pub(super) fn validate(
             .with_context(|| format!("{}: cannot make directory", dir.display()))?;
     }
     interrupt::install();
+    interrupt::keep();
     let progress = Progress::new();
     let mut watch = |at: &suites::Progress<'_>| {
         progress.set(at.done as f64 / at.tests.max(1) as f64, || at.what.to_owned());
@@ -89,7 +91,9 @@ pub(super) fn validate(
         return Ok(Done::Differ);
     }
     if !report.complete {
-        bail!("interrupted: nothing is wrong in what was done, but tests are missing");
+        bail!(Interrupted(
+            "interrupted: nothing is wrong in what was done, but tests are missing".into()
+        ));
     }
     Ok(Done::Well)
 }

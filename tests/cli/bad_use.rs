@@ -92,6 +92,12 @@ fn bad_use_is_one_line() {
             "roulette=false",
         ),
         (&["render", "cornell-box", "--spp", "1", "--layers", "depth"], "unknown layer 'depth'"),
+        (&["render", "cornell-box", "--spp", "1", "--layers", "st"], "-o FILE.exr is missing"),
+        (&["render", "/dev/zero", "--spp", "1"], "/dev/zero: is no regular file"),
+        (
+            &["compare", "--experiment", "/dev/zero"],
+            "/dev/zero: cannot read: it is no regular file",
+        ),
         (&["compare", "cornell-box", "--spp", "1", "--replicates", "1"], "--replicates"),
         (&["compare", "cornell-box", "--spp", "1", "-i", "magic"], "unknown integrator 'magic'"),
         (&["compare", "cornell-box"], "--spp"),

@@ -83,6 +83,63 @@ fn a_checkpoint_of_another_render_is_refused_and_kept() {
     assert_eq!(std::fs::read(&save).unwrap(), before);
 }
 
+/// Another build under the same version may use other random numbers.
+#[test]
+fn a_checkpoint_of_another_build_is_refused() {
+    let folder = Folder::new();
+    let (save, other) = (folder.file("save.film"), folder.file("other"));
+    let mut program = std::fs::read(env!("CARGO_BIN_EXE_pathspace")).unwrap();
+    program.push(0);
+    std::fs::copy(env!("CARGO_BIN_EXE_pathspace"), &other).unwrap();
+    std::fs::write(&other, program).unwrap();
+    let args = with(&["--spp", "1", "--checkpoint", &save]);
+    let made = std::process::Command::new(&other).args(&args).output().unwrap();
+    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    let message = failure(&args);
+    assert!(
+        message.contains("save.film: is of another render: its program is build "),
+        "{message}"
+    );
+}
+
+#[test]
+fn files_that_are_read_are_not_written_over() {
+    let folder = Folder::new();
+    let (save, long) = (folder.file("x.exr"), ["--spp", "1000000000"]);
+    let table: &[(&str, &str, &str)] = &[
+        ("x.exr", "x.exr", "x.exr: is the checkpoint, and the image"),
+        ("x.png", "x.exr", "x.png: is the checkpoint, and the image"),
+        ("./x.techniques.png", "x.exr", "x.techniques.png: is the checkpoint, and the image"),
+    ];
+    for (checkpoint, image, expected) in table {
+        let more = ["--checkpoint", &folder.file(checkpoint), "-o", &folder.file(image)];
+        let message = failure(&with(&[&long[..], &more].concat()));
+        assert!(message.contains(expected), "{message}");
+    }
+    json(&with(&["--spp", "1", "--checkpoint", &save, "--json"]));
+    let before = std::fs::read(&save).unwrap();
+    let link = folder.file("link.exr");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&save, &link).unwrap();
+    #[cfg(not(unix))]
+    std::fs::hard_link(&save, &link).unwrap();
+    for option in ["--checkpoint", "--resume"] {
+        failure(&with(&["--spp", "2", option, &link, "-o", &save]));
+    }
+    assert_eq!(std::fs::read(&save).unwrap(), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_are_no_checkpoints() {
+    for device in ["/dev/zero", "/dev/full", "/dev/null"] {
+        for option in ["--checkpoint", "--resume"] {
+            let message = failure(&with(&["--spp", "1", option, device]));
+            assert!(message.contains(device) && message.contains("no regular file"), "{message}");
+        }
+    }
+}
+
 #[test]
 fn places_that_can_not_be_used_are_found_before_the_rendering() {
     let folder = Folder::new();
@@ -151,7 +208,7 @@ mod signals {
             wait_for_change(&save, &None);
             signal(&child, number);
             let output = child.wait_with_output().unwrap();
-            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            assert_eq!(output.status.code(), Some(128 + number), "{}", stderr(&output));
             assert!(stdout(&output).contains("to go on: the same command with --resume "));
             let v = last_line(&output);
             let done = v["samples_per_pixel"].as_f64().unwrap();

@@ -72,14 +72,66 @@ fn missing_shards_are_named_and_can_be_added_later() {
         out
     });
     let (two, all) = (folder.file("two.exr"), folder.file("all.exr"));
-    let output = run(&["merge", &files[0], &files[2], "-o", &two, "--json"]);
-    assert_eq!(stderr(&output).trim(), "warning: shards missing of 3: 2");
-    assert_eq!(last_line(&output)["missing"], serde_json::json!([2]));
+    let message = failure(&["merge", &files[0], &files[2], "-o", &two]);
+    let lacking = "shards missing of 3: 2";
+    assert_eq!(message.trim(), format!("error: {lacking}; --partial merges what is there"));
+    assert!(!std::path::Path::new(&two).exists());
+    let output = run(&["merge", &files[0], &files[2], "-o", &two, "--json", "--partial"]);
+    assert_eq!(stderr(&output).trim(), format!("warning: {lacking}"));
+    let v = last_line(&output);
+    assert_eq!((&v["missing"], &v["complete"]), (&serde_json::json!([2]), &false.into()));
     // Images and sums alike are names of shards.
     let v = json(&["merge", &two, &folder.file("2.film"), "-o", &all, "--json"]);
     assert_eq!((&v["samples_per_pixel"], &v["missing"]), (&3.0.into(), &serde_json::json!([])));
     let again = failure(&["merge", &all, &files[0], "-o", &two]);
     assert!(again.contains("overlap: both hold shard 1/3"), "{again}");
+}
+
+#[cfg(unix)]
+#[test]
+fn shards_that_were_stopped_are_not_taken_for_whole_ones() {
+    let folder = Folder::new();
+    let (a, b, out) = (folder.file("a.exr"), folder.file("b.film"), folder.file("out.exr"));
+    json(&render(&["--spp", "4", "--shard", "1/2", "-o", &a, "--json"]));
+    let more = ["--shard", "2/2", "--checkpoint", &b, "--checkpoint-every", "0.01"];
+    let child = command()
+        .args(render(&[&["--spp", "20000000"][..], &more].concat()))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !std::path::Path::new(&b).exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
+    unsafe { libc::kill(child.id() as libc::pid_t, libc::SIGTERM) };
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(143), "{}", stderr(&output));
+    let message = failure(&["merge", &b, "-o", &out]);
+    let words: Vec<&str> = message.split("not finished: ").collect();
+    assert!(words[1].contains("b.film (") && words[1].contains(" of 10000000 spp)"), "{message}");
+    // Measured against the most that was asked for, the first one is short too.
+    let message = failure(&["merge", &a, &b, "-o", &out]);
+    assert!(message.contains("a.film (2 of 10000000 spp), "), "{message}");
+    let v = json(&["merge", &a, &b, "-o", &out, "--partial", "--json"]);
+    assert_eq!((&v["complete"], v["short"].as_array().unwrap().len()), (&false.into(), 2));
+}
+
+#[test]
+fn what_is_merged_is_not_written_over() {
+    let folder = Folder::new();
+    let files = ["1", "2"].map(|i| {
+        let (out, shard) = (folder.file(&format!("{i}.exr")), format!("{i}/2"));
+        json(&render(&["--spp", "2", "--shard", &shard, "-o", &out, "--json"]));
+        out
+    });
+    let sums = folder.file("1.film");
+    let before = std::fs::read(&sums).unwrap();
+    for inputs in [[&files[0], &files[1]], [&sums, &files[1]]] {
+        let message = failure(&["merge", inputs[0], inputs[1], "-o", &files[0]]);
+        assert!(message.contains("is to be merged, and ") && message.contains("written over it"));
+    }
+    assert_eq!(std::fs::read(&sums).unwrap(), before);
 }
 
 #[test]

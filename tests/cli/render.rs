@@ -327,7 +327,7 @@ mod signals {
             unsafe { libc::kill(child.id() as libc::pid_t, signal) };
             let output = child.wait_with_output().unwrap();
             assert!(asked.elapsed() < Duration::from_secs(10));
-            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            assert_eq!(output.status.code(), Some(128 + signal), "{}", stderr(&output));
             let v = last_line(&output);
             assert_eq!(v["complete"], false);
             let samples = v["samples_per_pixel"].as_f64().unwrap();

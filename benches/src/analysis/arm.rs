@@ -7,7 +7,7 @@ use pathspace_validation::stats::{
 
 use super::{Arm, Scene, Yardstick, average, no_pictures};
 use crate::budget::Budget;
-use crate::compare::IntegratorSummary;
+use crate::comparison::IntegratorSummary;
 use crate::experiment::Cell;
 use crate::metrics::{Errors, Reached, errors, flip, time_to_error};
 use crate::output::exposure;

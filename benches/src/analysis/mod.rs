@@ -9,11 +9,11 @@ mod tests;
 use pathspace_core::film::Families;
 use pathspace_validation::stats::{CompareConfig, StatsError};
 
-use crate::compare::{Comparison, IntegratorSummary};
+use crate::comparison::{Comparison, IntegratorSummary};
 use crate::experiment::{Plan, Setup, Store};
 use crate::metrics::Against;
 use crate::reference::ReferenceImage;
-use crate::results::{ArmResults, Images, Ratio, SceneResults};
+use crate::results::{ArmResults, Images, PairSummary, Ratio, SceneResults};
 
 pub use overall::overall;
 
@@ -37,6 +37,8 @@ pub struct Analysed {
     pub comparison: Comparison,
     /// Who met contributions that were not finite: name, count, how to make the first again.
     pub nonfinite: Vec<(String, u64, Option<String>)>,
+    /// What is to be known about other renderers.
+    pub notes: Vec<String>,
 }
 
 /// Analyses the finished replicates of one scene. Integrators without two replicates at the largest budget are left out.
@@ -54,6 +56,7 @@ pub fn analyse(
     let mut arms = Vec::new();
     let mut integrators = Vec::new();
     let mut nonfinite = Vec::new();
+    let mut notes = Vec::new();
     let mut taking_part = Vec::new();
     let mut fewest = usize::MAX;
     for index in 0..setup.contestants.len() {
@@ -62,6 +65,7 @@ pub fn analyse(
         if finished < 2 {
             continue;
         }
+        notes.extend(scene.repeated(index));
         let arm = arm::analyse(&scene, index, questions.target_error)?;
         if arm.summary.nonfinite > 0 {
             let name = arm.summary.integrator.clone();
@@ -94,11 +98,11 @@ pub fn analyse(
         arms,
         pairs: pairs.clone(),
     };
-    Ok(Analysed { results, comparison: Comparison { integrators, pairs }, nonfinite })
+    Ok(Analysed { results, comparison: Comparison { integrators, pairs }, nonfinite, notes })
 }
 
 /// Puts the ratios to the baseline into the arms.
-fn relate(arms: &mut [ArmResults], pairs: &[crate::compare::PairSummary], baseline: usize) {
+fn relate(arms: &mut [ArmResults], pairs: &[PairSummary], baseline: usize) {
     let name = arms[baseline].integrator.clone();
     for arm in arms.iter_mut().filter(|a| a.integrator != name) {
         arm.ratio = pairs.iter().find_map(|p| {
@@ -131,6 +135,34 @@ impl Scene<'_> {
     fn cells_of(&self, index: usize) -> Vec<crate::experiment::Cell> {
         let budget = self.plan.budgets[self.plan.budgets.len() - 1];
         self.plan.cells(self.store, self.setup, &self.setup.contestants[index].0, budget)
+    }
+
+    /// A note where another renderer has made one image more than once: its replicates are not independent.
+    fn repeated(&self, index: usize) -> Option<String> {
+        let (name, contestant) = &self.setup.contestants[index];
+        if !contestant.is_external() {
+            return None;
+        }
+        let cells = self.cells_of(index);
+        let hash = |c: &crate::experiment::Cell| {
+            let mut hasher = blake3::Hasher::new();
+            for value in c.image(Families::ALL, self.setup.pixels()) {
+                hasher.update(&value.to_le_bytes());
+            }
+            hasher.finalize()
+        };
+        let mut hashes: Vec<[u8; 32]> = cells.iter().map(|c| *hash(c).as_bytes()).collect();
+        hashes.sort_unstable();
+        hashes.dedup();
+        (hashes.len() < cells.len()).then(|| {
+            format!(
+                "{}: {name}: {} replicates with seeds of their own gave {} different images: it ignores the seed, or the scene has \
+                 no noise for it; its variance, its efficiency and verdicts on it are not to be trusted",
+                self.setup.name,
+                cells.len(),
+                hashes.len()
+            )
+        })
     }
 
     fn families(&self, index: usize) -> Families {

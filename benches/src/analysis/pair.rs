@@ -11,9 +11,9 @@ use pathspace_validation::pairs::{Arm, Judgement, Observation, Unseen, judge};
 use pathspace_validation::stats::{CompareConfig, Estimate, StatsError, efficiency_ratio};
 
 use super::{Scene, Yardstick, average};
-use crate::compare::PairSummary;
 use crate::experiment::Cell;
 use crate::metrics::errors;
+use crate::results::PairSummary;
 
 /// Mean luminance of the paths that each set of families can make, as the integrators of our own saw it.
 pub(super) type Light = BTreeMap<Families, f64>;

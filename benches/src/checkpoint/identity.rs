@@ -12,8 +12,10 @@ use crate::shard::Shard;
 /// All that the film of a render depends on besides its budget.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identity {
-    /// Version of the program: another one may use other random numbers.
+    /// Version of the program.
     pub version: String,
+    /// [`program`](crate::program): another build may use other random numbers.
+    pub program: String,
     /// The scene as it was named, for messages.
     pub scene: String,
     /// Hash of the scene's content.
@@ -47,6 +49,22 @@ impl From<Shard> for Shards {
     }
 }
 
+impl Shards {
+    /// What can not be, in words; `None` where nothing is wrong.
+    pub(super) fn problem(&self) -> Option<String> {
+        let Shards { count, present } = self;
+        let wrong = present.iter().find(|i| Shard::new(**i, *count).is_err());
+        let mut sorted = present.clone();
+        sorted.sort_unstable();
+        let twice = sorted.windows(2).any(|w| w[0] == w[1]);
+        match wrong {
+            Some(i) => Some(format!("there is no shard {} of {count}", u64::from(*i) + 1)),
+            None if present.is_empty() || twice => Some("its shards are none or twice".into()),
+            None => None,
+        }
+    }
+}
+
 impl fmt::Display for Shards {
     /// `2/8`, `1,2,5/8`, counted from 1.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -70,6 +88,11 @@ impl Identity {
             |i: &Identity| format!("{} ({})", i.scene, &i.scene_hash[..12.min(i.scene_hash.len())]);
         let list: Vec<String> = [
             differs("version", &self.version, &here.version),
+            (self.program != here.program && self.version == here.version).then(|| {
+                let build =
+                    |i: &Identity| format!("build {}", i.program.get(..12).unwrap_or("unknown"));
+                sentence("program", build(self), build(here))
+            }),
             (self.scene_hash != here.scene_hash)
                 .then(|| sentence("content of the scene", scene(self), scene(here))),
             differs("integrator", &self.integrator, &here.integrator),

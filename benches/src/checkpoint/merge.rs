@@ -1,14 +1,18 @@
 //! Shards of one render put together.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use pathspace_core::driver::Work;
 use pathspace_core::film::FilmError;
+use pathspace_core::integrator::State;
 use thiserror::Error;
 
-use super::{Checkpoint, CheckpointError, Identity};
+use super::{Checkpoint, CheckpointError, Identity, Shards};
+use crate::budget::{Budget, Goal};
 use crate::clock::Spent;
 use crate::session::Progress;
+use crate::shard::Shard;
 
 /// Why files were not put together.
 #[derive(Debug, Error)]
@@ -61,6 +65,55 @@ pub struct Part {
     pub identity: Identity,
     /// Its samples per pixel.
     pub samples_per_pixel: f64,
+    /// What it has not reached of what it was to reach.
+    pub short: Option<Short>,
+}
+
+/// A file that holds less than what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Short {
+    /// What there is, in the unit of the budget.
+    pub done: f64,
+    /// What its shards were to reach together; `None` where it was never said.
+    pub wanted: Option<Budget>,
+}
+
+impl Short {
+    /// What a file lacks where the whole render was to reach `most` samples per pixel by one of its shards.
+    fn of(identity: &Identity, progress: &Progress, most: u64) -> Option<Short> {
+        let Shards { count, present } = &identity.shards;
+        let shards = present.iter().filter_map(|i| Shard::new(*i, *count).ok());
+        let steps = |s: Shard| match s.share_of(Budget::Samples(most)) {
+            Budget::Samples(n) => n,
+            Budget::Seconds(_) => 0,
+        };
+        match progress.goal.budget {
+            Some(Budget::Samples(_)) => {
+                let wanted = shards.map(steps).fold(0, u64::saturating_add);
+                let short =
+                    Short { done: progress.steps as f64, wanted: Some(Budget::Samples(wanted)) };
+                (!progress.complete || progress.steps < wanted).then_some(short)
+            }
+            Some(Budget::Seconds(s)) => {
+                let wanted = Some(Budget::Seconds(s * present.len() as f64));
+                (!progress.complete).then_some(Short { done: progress.spent.seconds, wanted })
+            }
+            None => {
+                (!progress.complete).then_some(Short { done: progress.steps as f64, wanted: None })
+            }
+        }
+    }
+}
+
+impl fmt::Display for Short {
+    /// `222 of 50000 spp`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.wanted {
+            None => write!(f, "{} spp and no goal", self.done),
+            Some(Budget::Samples(n)) => write!(f, "{} of {n} spp", self.done),
+            Some(Budget::Seconds(s)) => write!(f, "{:.1} of {s} s", self.done),
+        }
+    }
 }
 
 /// Shards put together.
@@ -85,20 +138,34 @@ pub struct Merged {
 pub fn merge(paths: &[PathBuf]) -> Result<Merged, MergeError> {
     // Films are large: what fits together is found out first, with one in memory at a time.
     let mut parts: Vec<Part> = Vec::new();
+    let mut reached: Vec<Progress> = Vec::new();
     for path in paths {
-        let Checkpoint { identity, film, .. } = Checkpoint::read(path)?;
-        let part =
-            Part { path: path.clone(), identity, samples_per_pixel: film.samples_per_pixel() };
+        let Checkpoint { identity, film, progress } = Checkpoint::read(path)?;
+        let samples_per_pixel = film.samples_per_pixel();
+        let part = Part { path: path.clone(), identity, samples_per_pixel, short: None };
         for other in &parts {
             fits(other, &part)?;
         }
         parts.push(part);
+        // Without the state of its run, which may be large.
+        reached.push(Progress { state: State::default(), precision: None, ..progress });
+    }
+    let most = reached.iter().filter_map(|p| match p.goal.budget {
+        Some(Budget::Samples(n)) => Some(n),
+        Some(Budget::Seconds(_)) | None => None,
+    });
+    let most = most.max().unwrap_or(0);
+    for (part, progress) in parts.iter_mut().zip(&reached) {
+        part.short = Short::of(&part.identity, progress, most);
     }
     parts.sort_by_key(|p| p.identity.shards.present.iter().min().copied());
     let mut parts_in_order = parts.iter();
     let first = parts_in_order.next().ok_or(MergeError::Nothing)?;
     let mut sum = Checkpoint::read(&first.path)?;
-    sum.progress = merged_progress(Progress::default(), &sum.progress);
+    sum.progress = merged_progress(
+        Progress { goal: sum.progress.goal, complete: true, ..Progress::default() },
+        &sum.progress,
+    );
     for part in parts_in_order {
         let next = read_again(part)?;
         sum.film
@@ -146,7 +213,20 @@ fn merged_progress(a: Progress, b: &Progress) -> Progress {
     let (mut work, mut spent): (Work, Spent) = (a.work, a.spent);
     work += b.work;
     spent += b.spent;
-    Progress { steps: a.steps + b.steps, work, spent, by_steps: b.by_steps, ..Progress::default() }
+    Progress {
+        steps: a.steps + b.steps,
+        work,
+        spent,
+        by_steps: b.by_steps,
+        goal: larger(a.goal, b.goal),
+        complete: a.complete && b.complete,
+        ..Progress::default()
+    }
+}
+
+fn larger(a: Goal, b: Goal) -> Goal {
+    let amount = |g: &Goal| g.budget.map_or(0.0, Budget::amount);
+    if amount(&b) > amount(&a) { b } else { a }
 }
 
 /// Where the sums of an image are: beside `NAME.exr` stands `NAME.film`; any other file is one of sums itself.

@@ -7,7 +7,6 @@ mod identity;
 mod merge;
 mod wire;
 
-use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -17,10 +16,10 @@ use thiserror::Error;
 use crate::output::whole;
 use crate::session::Progress;
 pub use identity::{Identity, Shards};
-pub use merge::{MergeError, Merged, Part, merge, sums_of};
+pub use merge::{MergeError, Merged, Part, Short, merge, sums_of};
 
 /// First bytes of every checkpoint; the number is that of the format.
-const MAGIC: &[u8] = b"pathspace checkpoint 1\n";
+const MAGIC: &[u8] = b"pathspace checkpoint 2\n";
 /// What they have in common whatever the format.
 const FAMILY: &[u8] = b"pathspace checkpoint ";
 const HASH: usize = blake3::OUT_LEN;
@@ -86,14 +85,12 @@ pub enum CheckpointError {
     },
 }
 
-/// Checks that a checkpoint can be written, and removes what a killed process has left of its writing.
+/// Checks that a checkpoint can be written, and removes what killed processes have left of their writing.
 ///
 /// # Errors
 /// [`CheckpointError::Write`].
 pub fn probe(path: &Path) -> Result<(), CheckpointError> {
-    whole::probe(path).map_err(|error| unwritten(path, error))?;
-    whole::sweep(path);
-    Ok(())
+    whole::probe(path).map_err(|error| unwritten(path, error))
 }
 
 /// Writes a checkpoint in the place of the one before.
@@ -132,7 +129,8 @@ impl Checkpoint {
         let own = || path.to_path_buf();
         let damaged =
             |reason: &str| CheckpointError::Damaged { path: own(), reason: reason.into() };
-        let bytes = fs::read(path).map_err(|error| CheckpointError::Read { path: own(), error })?;
+        let bytes =
+            whole::read_file(path).map_err(|error| CheckpointError::Read { path: own(), error })?;
         if !bytes.starts_with(MAGIC) {
             return Err(if bytes.starts_with(FAMILY) {
                 CheckpointError::Format { path: own() }

@@ -1,3 +1,4 @@
+use std::fs;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -78,6 +79,7 @@ fn integrators() -> Vec<(Box<dyn Integrator>, Arc<Scene>)> {
 fn identity(plan: &Plan<'_>) -> Identity {
     Identity {
         version: "1.2.3".into(),
+        program: "fedcba9876543210".into(),
         scene: "a scene".into(),
         scene_hash: "0123456789abcdef".into(),
         integrator: plan.integrator.spec(),
@@ -265,6 +267,10 @@ fn what_differs_is_named() {
     let table = [
         (Identity { version: "2".into(), ..own.clone() }, "its version is 1.2.3, not 2"),
         (
+            Identity { program: "00".into(), ..own.clone() },
+            "its program is build fedcba987654, not build unknown",
+        ),
+        (
             Identity { scene_hash: "ff".into(), ..own.clone() },
             "its content of the scene is a scene (0123456789ab), not a scene (ff)",
         ),
@@ -336,7 +342,7 @@ fn a_torn_or_changed_file_is_refused_wherever_it_is_touched() {
         assert!(matches!(error(&changed), CheckpointError::Damaged { .. }), "{at}");
     }
     let mut later = bytes.clone();
-    later[MAGIC.len() - 2] = b'2';
+    later[MAGIC.len() - 2] = b'3';
     assert!(matches!(error(&later), CheckpointError::Format { .. }));
     let longer = [&bytes[..], b"x"].concat();
     assert!(matches!(error(&longer), CheckpointError::Damaged { .. }));

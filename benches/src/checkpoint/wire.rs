@@ -13,6 +13,7 @@ use pathspace_core::random::Address;
 use serde::{Deserialize, Serialize};
 
 use super::{Checkpoint, Identity, Shards};
+use crate::budget::Goal;
 use crate::clock::Spent;
 use crate::precision::Precision;
 use crate::session::{Progress, Replicate};
@@ -33,6 +34,7 @@ pub(super) struct Message<P> {
 #[derive(Serialize, Deserialize)]
 struct IdentityWire {
     version: String,
+    program: String,
     scene: String,
     scene_hash: String,
     integrator: String,
@@ -65,6 +67,8 @@ struct ProgressWire {
     state_step: u64,
     state: Vec<u8>,
     precision: Option<Precision>,
+    goal: Goal,
+    complete: bool,
     replicate: Replicate,
 }
 
@@ -143,6 +147,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
         return Err(format!("{} bytes too many", rest.len()));
     }
     let identity = Identity::from(message.identity);
+    if let Some(problem) = identity.shards.problem() {
+        return Err(problem);
+    }
     let mut planes = std::collections::BTreeMap::new();
     for (name, plane) in message.planes {
         let key = LayerKey::from_name(&name).ok_or_else(|| format!("unknown layer {name}"))?;
@@ -169,6 +176,7 @@ impl From<&Identity> for IdentityWire {
         let Layers { length, technique, unweighted, emitter, class } = i.layers;
         IdentityWire {
             version: i.version.clone(),
+            program: i.program.clone(),
             scene: i.scene.clone(),
             scene_hash: i.scene_hash.clone(),
             integrator: i.integrator.clone(),
@@ -193,6 +201,7 @@ impl From<IdentityWire> for Identity {
         let [length, technique, unweighted, emitter, class] = w.layers;
         Identity {
             version: w.version,
+            program: w.program,
             scene: w.scene,
             scene_hash: w.scene_hash,
             integrator: w.integrator,
@@ -226,6 +235,8 @@ impl From<&Progress> for ProgressWire {
             state_step: p.state.step,
             state: p.state.bytes.clone(),
             precision: p.precision.clone(),
+            goal: p.goal,
+            complete: p.complete,
             replicate: p.replicate,
         }
     }
@@ -240,6 +251,8 @@ impl From<ProgressWire> for Progress {
             by_steps: w.by_steps,
             state: State { step: w.state_step, bytes: w.state },
             precision: w.precision,
+            goal: w.goal,
+            complete: w.complete,
             replicate: w.replicate,
         }
     }

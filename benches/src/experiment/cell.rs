@@ -6,7 +6,7 @@ use pathspace_core::film::{Families, Film, LayerKey, NonFinite};
 use pathspace_validation::pairs::{ClassMean, Observation, PathClass, Tiles};
 use serde::{Deserialize, Serialize};
 
-use crate::budget::Exposure;
+use crate::session::Exposure;
 
 /// One replicate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

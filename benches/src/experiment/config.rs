@@ -1,8 +1,11 @@
 //! An experiment as a TOML file.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -13,7 +16,7 @@ use crate::budget::Budget;
 #[non_exhaustive]
 pub enum ConfigError {
     /// Not TOML, or not with these names.
-    #[error("{}", .0.to_string().trim().replace('\n', " "))]
+    #[error("{}{}", .0.to_string().trim().replace('\n', " "), meant(.0.message()))]
     Syntax(#[from] toml::de::Error),
     /// A value that makes no sense.
     #[error("{key}: {reason}")]
@@ -69,34 +72,64 @@ pub struct Config {
     pub references: Option<PathBuf>,
 }
 
-/// A scene of an experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A scene of an experiment: a name, or a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SceneConfig {
     /// A library name or a file.
     Name(String),
     /// The same with changes.
-    Changed {
-        /// A library name or a file.
-        scene: String,
-        /// Film, such as `"128x128"`.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        size: Option<String>,
-        /// Window of the film, `"x,y,w,h"`.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        crop: Option<String>,
-        /// Longest path in edges, −1 unlimited.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        max_depth: Option<i32>,
-        /// Values for `$key` in the file.
-        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-        define: BTreeMap<String, String>,
-    },
+    Changed(ChangedScene),
+}
+
+/// A scene with changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChangedScene {
+    /// A library name or a file.
+    pub scene: String,
+    /// Film, such as `"128x128"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<String>,
+    /// Window of the film, `"x,y,w,h"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<String>,
+    /// Longest path in edges, −1 unlimited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_depth: Option<i32>,
+    /// Values for `$key` in the file.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub define: BTreeMap<String, String>,
+}
+
+/// By hand, because an untagged enum would pass over keys that it does not know.
+impl<'de> Deserialize<'de> for SceneConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = SceneConfig;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a scene, or a table with a scene")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<SceneConfig, E> {
+                Ok(SceneConfig::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SceneConfig, A::Error> {
+                ChangedScene::deserialize(MapAccessDeserializer::new(map)).map(SceneConfig::Changed)
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
 }
 
 /// One value or several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number, or a list of numbers")]
 pub enum Many<T> {
     /// One.
     One(T),
@@ -203,6 +236,35 @@ impl Config {
     }
 }
 
+/// The known key that is most like the unknown one of a message "unknown field `a`, expected one of `b`, `c`", as a question.
+fn meant(message: &str) -> String {
+    let Some(rest) = message.strip_prefix("unknown field ") else { return String::new() };
+    let mut words = rest.split('`').skip(1).step_by(2);
+    let Some(unknown) = words.next() else { return String::new() };
+    let best = words.map(|known| (distance(unknown, known), known)).min();
+    let near = best.filter(|(distance, known)| 3 * distance <= known.len().max(unknown.len()));
+    near.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"))
+}
+
+/// Letters to insert, delete, replace or swap with their neighbour between two words.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut d = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            d[i][j] = if i == 0 || j == 0 {
+                i + j
+            } else {
+                let replaced = d[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+                let swaps = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+                let swapped = if swaps { d[i - 2][j - 2] + 1 } else { usize::MAX };
+                replaced.min(swapped).min(d[i - 1][j] + 1).min(d[i][j - 1] + 1)
+            };
+        }
+    }
+    d[a.len()][b.len()]
+}
+
 /// Both ends of `A..B`.
 fn powers(text: &str) -> Option<(u32, u32)> {
     let (a, b) = text.split_once("..")?;
@@ -249,6 +311,11 @@ replicates = 4
             ("scenes = ['a']\nspp = 1\ncolour = 'red'", "colour"),
             ("scenes = ['a']\nseconds = -1.0", "seconds"),
             ("scenes = ['a'", "TOML"),
+            ("scenes = [{ scene = 'a', max_dpeth = 3 }]\nspp = 1", "did you mean `max_depth`?"),
+            ("scenes = [{ size = '8x8' }]\nspp = 1", "missing field `scene`"),
+            ("scenes = [7]\nspp = 1", "the name of a scene, or a table with a scene"),
+            ("scenes = ['a']\nspp = 1\nreplicate = 4", "did you mean `replicates`?"),
+            ("scenes = ['a']\nspp = 'many'", "expected a number, or a list of numbers"),
         ] {
             let error = Config::parse(text).unwrap_err().to_string();
             assert!(error.contains(word), "{text}: {error}");

@@ -22,11 +22,13 @@ use pathspace_validation::pairs::{Observation, Tiles};
 use thiserror::Error;
 
 pub use cell::{Cell, replay};
-pub use config::{Config, ConfigError, Many, SceneConfig};
+pub use config::{ChangedScene, Config, ConfigError, Many, SceneConfig};
 pub use store::{Key, Store, StoreError};
 
-use crate::budget::{Budget, Status, expose};
+use crate::budget::Budget;
+use crate::expose::expose;
 use crate::peers::{Peer, PeerError, Request};
+use crate::session::Status;
 
 /// Why an experiment ended.
 #[derive(Debug, Error)]
@@ -236,7 +238,7 @@ impl Plan {
             Err(RenderError::Integrator(source)) => {
                 Err(ExperimentError::Integrator { scene: scene.clone(), source })
             }
-            // Ctrl-C reaches other renderers too.
+            // It was stopped, or Ctrl-C came while it failed.
             Err(RenderError::Peer(_)) if watch(1.0).is_break() => Ok(Turn::Stopped),
             Err(RenderError::Peer(e)) => Ok(Turn::Failed(e.to_string())),
         }
@@ -279,7 +281,7 @@ impl Plan {
                     budget: job.budget,
                     threads: self.threads,
                 };
-                let rendered = peer.render(&request)?;
+                let rendered = peer.render(&request, &mut || watch(0.0))?;
                 let mut cell = Cell::of_image(rendered.image, peer.families(), job.seed, tiles);
                 let answer = rendered.answer;
                 (cell.seconds, cell.startup_seconds) = (answer.seconds, answer.startup_seconds);

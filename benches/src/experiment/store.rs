@@ -10,7 +10,9 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::cell::Cell;
+use crate::leftovers::{TemporaryFolder, temporary_folder};
 use crate::output::write_bytes;
+use crate::program::program;
 
 /// Why cells cannot be kept.
 #[derive(Debug, Error)]
@@ -51,9 +53,8 @@ impl Key<'_> {
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
-    build: String,
     /// Keeps a folder of its own until it is dropped.
-    temporary: Option<tempfile::TempDir>,
+    temporary: Option<TemporaryFolder>,
 }
 
 impl Store {
@@ -63,7 +64,7 @@ impl Store {
     /// Where it cannot be made.
     pub fn open(folder: &Path) -> Result<Self, StoreError> {
         fs::create_dir_all(folder).map_err(|e| failed(folder, &e))?;
-        Ok(Store { folder: folder.to_path_buf(), build: build(), temporary: None })
+        Ok(Store { folder: folder.to_path_buf(), temporary: None })
     }
 
     /// Cells in a folder that goes away with the store.
@@ -71,9 +72,8 @@ impl Store {
     /// # Errors
     /// Where there is no place for temporary files.
     pub fn temporary() -> Result<Self, StoreError> {
-        let own = tempfile::Builder::new().prefix("pathspace-").tempdir();
-        let own = own.map_err(|e| failed(&std::env::temp_dir(), &e))?;
-        Ok(Store { folder: own.path().to_path_buf(), build: build(), temporary: Some(own) })
+        let own = temporary_folder("pathspace-").map_err(|e| failed(&std::env::temp_dir(), &e))?;
+        Ok(Store { folder: own.path().to_path_buf(), temporary: Some(own) })
     }
 
     /// The cell, where it is there whole.
@@ -122,19 +122,13 @@ impl Store {
     }
 
     fn path(&self, key: &Key<'_>) -> PathBuf {
-        let hash = blake3::hash(format!("{key:?} {}", self.build).as_bytes());
+        let hash = blake3::hash(format!("{key:?} {}", program()).as_bytes());
         self.folder.join(format!("{}.cell", &hash.to_hex()[..32]))
     }
 }
 
 fn failed(path: &Path, error: &std::io::Error) -> StoreError {
     StoreError { path: path.to_path_buf(), reason: error.to_string() }
-}
-
-/// A word for the program that is running: whoever changes an integrator between two halves of an experiment begins again.
-fn build() -> String {
-    let own = std::env::current_exe().and_then(fs::read);
-    own.map_or_else(|_| env!("CARGO_PKG_VERSION").into(), |b| blake3::hash(&b).to_hex().to_string())
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use thiserror::Error;
 
 pub use png::{exposure, tone_map};
 pub use sheet::{SheetRow, Weighting, labelled_sheet, technique_sheet};
+pub use whole::{is_same_file, read_file, read_text};
 use whole::{probe, write_whole};
 
 /// Why an image was not written.
@@ -124,7 +125,7 @@ pub struct Output {
 
 impl Output {
     /// Checks that `path` ends in `.exr`, `.png`, `.pfm` or `.npy`, and that all [`Output::files`] can be written. Leaves nothing
-    /// behind.
+    /// behind, and removes what killed processes have left of their writing to them.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.
@@ -146,6 +147,12 @@ impl Output {
     /// Its format.
     pub fn format(&self) -> Format {
         self.format
+    }
+
+    /// The file among those that may be written here which is also `path`, if any: it would be overwritten.
+    pub fn overwrites(&self, path: &Path) -> Option<PathBuf> {
+        let beside = ["techniques.png", "unweighted.png"].map(|s| self.path.with_extension(s));
+        self.files().into_iter().chain(beside).find(|own| is_same_file(own, path))
     }
 
     /// The files that [`Output::write`] writes: the image, and beside an EXR file a PNG.

@@ -10,9 +10,10 @@ use thiserror::Error;
 
 use crate::ImageMoments;
 use crate::analysis::Analysed;
-use crate::budget::{Budget, expose};
+use crate::budget::Budget;
 use crate::csv::csv;
 use crate::experiment::{Cell, Contestant, Plan, Setup, Store};
+use crate::expose::expose;
 use crate::output::{
     Metadata, NamedLayer, Output, OutputError, Picture, Weighting, exposure, technique_sheet,
 };

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
-use pathspace_benches::compare::PairSummary;
 use pathspace_benches::output::{Metadata, NamedLayer, Output, Picture, exposure};
 use pathspace_benches::results::{
-    ArmResults, BudgetKind, Images, Interval, Machine, Overall, Point, PointBudget, Ratio,
-    Reference, Results, SCHEMA, SceneResults, TimeToError,
+    ArmResults, BudgetKind, Images, Interval, Machine, Overall, PairSummary, Point, PointBudget,
+    Ratio, Reference, Results, SCHEMA, SceneResults, TimeToError,
 };
 use pathspace_core::description::FilmDescription;
 use pathspace_validation::pairs::{Judgement, LengthSummary, TileSummary, Unseen};

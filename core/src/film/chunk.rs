@@ -77,8 +77,12 @@ impl Sink for Chunk {
             && let Some(last) = self.records.last_mut()
             && last.film == c.film
         {
-            last.value += c.value;
-            return;
+            let sum = last.value + c.value;
+            // Two numbers that fit may have a sum that does not; the film adds in f64.
+            if sum.is_finite() {
+                last.value = sum;
+                return;
+            }
         }
         self.records.push(c);
     }

@@ -60,7 +60,7 @@ impl Film {
         let Crop { x, y, width, height } = description.crop;
         let filter = Filter::new(description.filter);
         let norm = |origin: u32, n: u32| -> Vec<f64> {
-            let (lo, hi) = (origin as f64, (origin + n) as f64);
+            let (lo, hi) = (f64::from(origin), f64::from(origin) + f64::from(n));
             (0..n)
                 .map(|i| {
                     let c = lo + i as f64 + 0.5;

@@ -27,6 +27,9 @@ pub struct FilmParts {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum FilmError {
+    /// There is no such film.
+    #[error("{0}")]
+    Description(String),
     /// A plane has another number of pixels than the window.
     #[error("{plane} has {found} pixels, the window {expected}")]
     Pixels {
@@ -55,8 +58,11 @@ impl Film {
         layers: Layers,
         parts: FilmParts,
     ) -> Result<Film, FilmError> {
-        let mut film = Film::new(description, layers);
-        let pixels = film.beauty.0.len();
+        if let Some(problem) = description.problem() {
+            return Err(FilmError::Description(problem));
+        }
+        // Before there is room made for as many pixels as a header says.
+        let pixels = description.crop.width as usize * description.crop.height as usize;
         let plane = |name: &dyn Fn() -> String, sums: Vec<[f64; 3]>| {
             if sums.len() != pixels {
                 return Err(FilmError::Pixels {
@@ -67,7 +73,9 @@ impl Film {
             }
             Ok(Plane(sums))
         };
-        film.beauty = plane(&|| "the image".into(), parts.sums)?;
+        let beauty = plane(&|| "the image".into(), parts.sums)?;
+        let mut film = Film::new(description, layers);
+        film.beauty = beauty;
         for (key, sums) in parts.planes {
             if !key.is_of(layers) {
                 return Err(FilmError::Layer(key.name()));

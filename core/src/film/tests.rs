@@ -169,3 +169,31 @@ fn films_of_other_windows_are_not_merged() {
     let b = film(FilterKind::Box, Crop { x: 0, y: 0, width: 20, height: 20 });
     assert_eq!(a.merge(&b), Err(FilmError::Different));
 }
+
+#[test]
+fn records_that_would_overflow_stay_apart() {
+    let mut film = Film::new(&FilmDescription::new(2, 2), Layers::NONE);
+    let mut chunk = Chunk::new(film.layers());
+    for value in [1.0, 2.0, 3.0e38, 3.0e38] {
+        chunk.add(contribution(0.5, 0.5, value));
+    }
+    assert_eq!((chunk.records().len(), chunk.nonfinite_count()), (2, 0));
+    film.apply(&chunk);
+    assert!((film.sums().sums()[0][0] / 6.0e38 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn parts_are_held_to_their_description_before_there_is_room_made_for_it() {
+    let parts = |n: usize| FilmParts { sums: vec![[1.0; 3]; n], ..FilmParts::default() };
+    let error = |description: &FilmDescription| {
+        Film::from_parts(description, Layers::NONE, parts(4)).map(|_| ()).unwrap_err().to_string()
+    };
+    let film = FilmDescription::new(2, 2);
+    assert!(Film::from_parts(&film, Layers::NONE, parts(4)).is_ok());
+    assert!(error(&FilmDescription::new(16_384, 16_384)).contains("has 4 pixels, the window"));
+    assert!(error(&FilmDescription::new(u32::MAX, u32::MAX)).contains("over 65536 pixels"));
+    let crop = Crop { x: u32::MAX, y: 0, width: 2, height: 2 };
+    assert!(error(&FilmDescription { crop, ..film }).contains("is not within 2×2"));
+    let filter = FilterKind::Tent { radius: f64::NAN };
+    assert!(error(&FilmDescription { filter, ..film }).contains("no valid width"));
+}

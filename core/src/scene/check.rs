@@ -3,37 +3,8 @@
 use super::SceneError;
 use crate::description::*;
 
-/// Largest film: beyond it sums would not fit the memory of a workstation.
-const MAX_FILM_PIXELS: u64 = 1 << 28;
-
 pub(super) fn check_film(film: &FilmDescription) -> Result<(), SceneError> {
-    let bad = |problem: String| Err(SceneError::Film { problem });
-    let Crop { x, y, width, height } = film.crop;
-    if film.width == 0 || film.height == 0 {
-        return bad(format!("size {}×{} has no pixel", film.width, film.height));
-    }
-    if film.width as u64 * film.height as u64 > MAX_FILM_PIXELS {
-        return bad(format!("size {}×{} is over 2²⁸ pixels", film.width, film.height));
-    }
-    if width == 0
-        || height == 0
-        || x as u64 + width as u64 > film.width as u64
-        || y as u64 + height as u64 > film.height as u64
-    {
-        return bad(format!(
-            "crop window {width}×{height} at ({x}, {y}) is not within {}×{}",
-            film.width, film.height
-        ));
-    }
-    let positive = match film.filter {
-        FilterKind::Box => true,
-        FilterKind::Tent { radius } => radius > 0.0 && radius <= 64.0,
-        FilterKind::Gaussian { stddev } => stddev > 0.0 && stddev <= 16.0,
-    };
-    if !positive {
-        return bad(format!("filter {:?} has no valid width", film.filter));
-    }
-    Ok(())
+    film.problem().map_or(Ok(()), |problem| Err(SceneError::Film { problem }))
 }
 
 pub(super) fn check_shape(shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {

@@ -11,7 +11,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use pathspace_benches::analysis::{Analysed, Questions, analyse, overall};
-use pathspace_benches::experiment::{Config, ExperimentStatus, Many, Plan, SceneConfig, Store};
+use pathspace_benches::experiment::{
+    ChangedScene, Config, ExperimentStatus, Many, Plan, SceneConfig, Store,
+};
+use pathspace_benches::output::read_text;
 use pathspace_benches::record;
 use pathspace_benches::reference::{ReferenceImage, reference_path};
 use pathspace_benches::report;
@@ -20,9 +23,10 @@ use pathspace_integrators::Registry;
 use serde::Serialize;
 
 use super::args::CompareArgs;
+use super::interrupt::{self, Interrupted};
 use super::progress::Progress;
 use super::scene::pool;
-use super::{Done, interrupt, say};
+use super::{Done, say};
 use setup::Scenes;
 use tell::{Report, tell_curves, tell_details, tell_overall};
 
@@ -49,6 +53,7 @@ pub(super) fn compare(
     verbose: bool,
     out: &mut dyn Write,
 ) -> Result<Done> {
+    interrupt::install();
     let mut config = config(args)?;
     let pool = pool(config.threads)?;
     config.threads = u16::try_from(pool.current_num_threads()).ok();
@@ -68,7 +73,7 @@ pub(super) fn compare(
         threads: pool.current_num_threads(),
         failures: Vec::new(),
     };
-    interrupt::install();
+    interrupt::keep();
     let complete = render(&mut plan, &store, &pool)?;
     for failure in &plan.failures {
         say(failure);
@@ -86,14 +91,19 @@ pub(super) fn compare(
         if !complete && fewest < 2 {
             if analysed.is_empty() {
                 let there = if args.output.is_some() { "; the same command goes on" } else { "" };
-                bail!(
+                bail!(Interrupted(format!(
                     "interrupted after {fewest} replicates; a comparison needs 2 at least{there}"
-                );
+                )));
             }
             break;
         }
         let done = pool.install(|| analyse(&plan, &store, setup, reference.as_ref(), &questions));
-        analysed.push(done.with_context(|| setup.name.clone())?);
+        let done = done.with_context(|| setup.name.clone())?;
+        for note in &done.notes {
+            say(&format!("warning: {note}"));
+        }
+        scenes.notes.extend(done.notes.iter().cloned());
+        analysed.push(done);
     }
     if let Some(dir) = &args.output {
         let progress = Progress::new();
@@ -169,6 +179,9 @@ fn finish(
         };
         writeln!(out, "{text}")?;
     }
+    if !results.complete {
+        return Ok(Done::Interrupted);
+    }
     let differ = analysed.iter().any(|a| a.comparison.any_differ());
     Ok(if differ { Done::Differ } else { Done::Well })
 }
@@ -176,8 +189,7 @@ fn finish(
 /// The experiment that the command line describes, or the file that it names.
 fn config(args: &CompareArgs) -> Result<Config> {
     if let Some(path) = &args.experiment {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("{}: cannot read", path.display()))?;
+        let text = read_text(path).with_context(|| format!("{}: cannot read", path.display()))?;
         let mut config = Config::parse(&text).with_context(|| path.display().to_string())?;
         config.threads = args.scene.threads.or(config.threads);
         config.references = args.references.clone().or(config.references);
@@ -189,13 +201,13 @@ fn config(args: &CompareArgs) -> Result<Config> {
         if !changed {
             return SceneConfig::Name(name.clone());
         }
-        SceneConfig::Changed {
+        SceneConfig::Changed(ChangedScene {
             scene: name.clone(),
             size: None,
             crop: options.crop.map(|c| format!("{},{},{},{}", c.x, c.y, c.width, c.height)),
             max_depth: None,
             define: options.define.iter().cloned().collect(),
-        }
+        })
     };
     let config = Config {
         scenes: args.scenes.iter().map(scene).collect(),

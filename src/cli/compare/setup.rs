@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use pathspace_benches::experiment::{Config, Contestant, SceneConfig, Setup};
+use pathspace_benches::experiment::{ChangedScene, Config, Contestant, SceneConfig, Setup};
 use pathspace_benches::peers::{Peer, PeerError, Place, is_peer};
+use pathspace_benches::{TemporaryFolder, temporary_folder};
 use pathspace_integrators::{Registry, Spec};
 use pathspace_scenes::library;
 use pathspace_validation::pairs::unique_name;
@@ -21,7 +22,7 @@ pub(super) struct Scenes {
     /// Who was left out, and why.
     pub(super) notes: Vec<String>,
     /// Library scenes as files, while others read them.
-    _exports: Vec<tempfile::TempDir>,
+    _exports: Vec<TemporaryFolder>,
 }
 
 impl Scenes {
@@ -77,13 +78,12 @@ impl Scenes {
                 };
                 match open_peer(spec, args, &prepared, file) {
                     Ok(peer) => Contestant::Peer(Box::new(peer)),
-                    Err(e @ (PeerError::Absent { .. } | PeerError::Refused { .. })) => {
+                    Err(e) => {
                         let note = format!("{name}: left out: {e}");
                         say(&note);
                         self.notes.push(note);
                         continue;
                     }
-                    Err(e) => return Err(e.into()),
                 }
             } else {
                 Contestant::Own(prepared.integrator(registry, Some(spec))?)
@@ -111,7 +111,7 @@ impl Scenes {
                 .canonicalize()
                 .with_context(|| format!("{}: no such file", args.scene));
         };
-        let folder = tempfile::Builder::new().prefix("pathspace-scene-").tempdir()?;
+        let folder = temporary_folder("pathspace-scene-")?;
         let files = scene.export(&folder.path().join(&args.scene))?;
         self._exports.push(folder);
         let xml = files.into_iter().find(|f| f.extension().is_some_and(|e| e == "xml"));
@@ -140,7 +140,7 @@ fn open_peer(
 fn arguments(scene: &SceneConfig, config: &Config) -> Result<SceneArgs> {
     let (name, own_size, own_crop, own_depth, define) = match scene {
         SceneConfig::Name(name) => (name, None, None, None, Vec::new()),
-        SceneConfig::Changed { scene, size, crop, max_depth, define } => {
+        SceneConfig::Changed(ChangedScene { scene, size, crop, max_depth, define }) => {
             let define = define.clone().into_iter().collect();
             (scene, size.as_deref(), crop.as_deref(), *max_depth, define)
         }

@@ -4,8 +4,8 @@
 use std::io::Write;
 
 use anyhow::Result;
-use pathspace_benches::compare::{Comparison, PairSummary};
-use pathspace_benches::results::{Overall, Results, SceneResults};
+use pathspace_benches::comparison::Comparison;
+use pathspace_benches::results::{Overall, PairSummary, Results, SceneResults};
 use pathspace_benches::standing::Standings;
 use pathspace_validation::page::{ratio, verdict_words};
 use pathspace_validation::pairs::LengthSummary;
