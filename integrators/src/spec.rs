@@ -124,12 +124,30 @@ impl<'a> Options<'a> {
         self.spec.options.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
+    /// True where the option was given.
+    fn has(&self, key: &str) -> bool {
+        self.spec.options.iter().any(|(k, _)| k == key)
+    }
+
     pub(crate) fn bad(&self, key: &str, value: &str, expected: &str) -> SpecError {
         SpecError::BadValue {
             integrator: self.spec.name.clone(),
             option: key.to_owned(),
             value: value.to_owned(),
             expected: expected.to_owned(),
+        }
+    }
+
+    /// Refuses an option that was given and is not used; `with` says what it goes with.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`] where it was given and `used` is false.
+    pub fn used_if(&self, key: &str, used: bool, with: &str) -> Result<(), SpecError> {
+        match self.spec.options.iter().find(|(k, _)| k == key) {
+            Some((_, value)) if !used => {
+                Err(self.bad(key, value, &format!("nothing: it is used with {with} alone")))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -243,17 +261,26 @@ impl<'a> Options<'a> {
     pub fn heuristic(&mut self, default: Heuristic) -> Result<Heuristic, SpecError> {
         let beta = self.number("beta", 2.0, 1.0..=64.0)?;
         let alpha = self.number("alpha", 0.01, 0.0..=1.0)?;
-        match self.raw("heuristic") {
-            None => Ok(default),
-            Some("balance") => Ok(Heuristic::Balance),
-            Some("power") => Ok(Heuristic::Power { beta }),
-            Some("cutoff") => Ok(Heuristic::Cutoff { alpha }),
-            Some("maximum") => Ok(Heuristic::Maximum),
-            Some("uniform") => Ok(Heuristic::Uniform),
-            Some(value) => {
-                Err(self.bad("heuristic", value, "balance, power, cutoff, maximum or uniform"))
+        let heuristic = match self.raw("heuristic") {
+            None if self.has("beta") && matches!(default, Heuristic::Power { .. }) => {
+                Heuristic::Power { beta }
             }
-        }
+            None => default,
+            Some("balance") => Heuristic::Balance,
+            Some("power") => Heuristic::Power { beta },
+            Some("cutoff") => Heuristic::Cutoff { alpha },
+            Some("maximum") => Heuristic::Maximum,
+            Some("uniform") => Heuristic::Uniform,
+            Some(value) => {
+                let known = "balance, power, cutoff, maximum or uniform";
+                return Err(self.bad("heuristic", value, known));
+            }
+        };
+        let power = matches!(heuristic, Heuristic::Power { .. });
+        let cutoff = matches!(heuristic, Heuristic::Cutoff { .. });
+        self.used_if("beta", power, "heuristic=power")?;
+        self.used_if("alpha", cutoff, "heuristic=cutoff")?;
+        Ok(heuristic)
     }
 
     /// One of a few named values, the first by default.

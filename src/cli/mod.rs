@@ -14,6 +14,7 @@ mod merge;
 mod mutants;
 mod neumann;
 mod new_plugin;
+mod plain;
 mod progress;
 mod reference;
 mod render;
@@ -35,6 +36,7 @@ use clap::{CommandFactory, Parser};
 use pathspace_integrators::{Registry, SpecError};
 
 use args::{Cli, Command, CompareArgs};
+use plain::{Plain, plain};
 
 /// How a command ended.
 enum Done {
@@ -62,7 +64,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         Err(error) => return usage(&error, &args),
     };
     let verbose = cli.verbose;
-    let mut out = io::stdout().lock();
+    let mut out = Plain(io::stdout().lock());
     let done = match cli.command {
         Some(Command::Render(args)) => render::render(&registry, &args, verbose, &mut out),
         Some(Command::Merge(args)) => merge::merge(&args, &mut out),
@@ -93,7 +95,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
             interrupt::status()
         }
         Err(error) => {
-            say(&format!("error: {}{}", one_line(&format!("{error:#}")), meant(&error)));
+            say(&format!("error: {}{}", one_line(&with_causes(&error)), meant(&error)));
             ExitCode::from(2)
         }
     }
@@ -153,11 +155,22 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .any(|e| e.kind() == io::ErrorKind::BrokenPipe)
 }
 
+/// An error with its causes, each said once: many messages hold their cause already.
+fn with_causes(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// One line on stderr; a closed stderr is no reason to stop.
 fn say(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", plain(line));
 }

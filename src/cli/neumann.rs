@@ -98,7 +98,7 @@ pub(super) fn neumann(
     files.push(output.write_beside("sheet.png", &sheet)?);
     let names: Vec<String> = files.iter().map(|p| p.display().to_string()).collect();
     writeln!(out, "wrote {}; exposure {:+.1} EV", names.join(", "), light.log2())?;
-    Ok(Done::Well)
+    Ok(if exposed.complete || !interrupt::requested() { Done::Well } else { Done::Interrupted })
 }
 
 fn expose(
@@ -111,11 +111,12 @@ fn expose(
     let plan = Plan { integrator, scene: &prepared.scene, layers, seed, shard: Shard::WHOLE };
     let progress = Progress::new();
     let mut session = Session::start(plan)?;
-    let complete = session.run(goal, &mut |_, status| {
+    session.run(goal, &mut |_, status| {
+        interrupt::keep();
         progress.set(status.used, || format!("{} spp", status.samples_per_pixel));
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
-    Ok(session.finish(complete))
+    Ok(session.finish())
 }
 
 /// The same terms by radiosity, or why there are none.

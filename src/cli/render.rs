@@ -164,9 +164,10 @@ pub(super) fn render(
     };
     let rendered = pool.install(|| -> Result<(Exposure, Result<()>, Option<Noise>)> {
         let mut session = match found {
-            None => Session::start(plan)?,
-            Some(c) => Session::resume(plan, &c.progress, c.film)?,
-        };
+            None => Session::start(plan),
+            Some(c) => Session::resume(plan, &c.progress, c.film),
+        }
+        .map_err(|e| anyhow!("{}: {e}", args.scene.scene))?;
         session.run(goal, &mut |session, status: &Status| {
             // Before the first step is done there is nothing that the checkpoint does not have.
             interrupt::keep();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use pathspace_core::Scene;
-use pathspace_core::description::{Crop, FilterKind, SceneDescription};
+use pathspace_core::description::{Crop, FilmDescription, FilterKind, SceneDescription};
 use pathspace_core::integrator::Integrator;
 use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec};
@@ -55,6 +55,10 @@ pub(super) fn prepare_with(args: &SceneArgs, verbose: bool, box_filter: bool) ->
         film.filter = FilterKind::Box;
     }
     let film = *film;
+    if let Some(problem) = film.problem().or_else(|| no_room(&film)) {
+        bail!("{}: film: {problem}", args.scene);
+    }
+    tell_empty(&args.scene, &loaded.description);
     let scene = Scene::new(&loaded.description).map_err(|e| anyhow!("{}: {e}", args.scene))?;
     let file = loaded.defaults;
     let max_length = match args.max_depth {
@@ -72,6 +76,30 @@ pub(super) fn prepare_with(args: &SceneArgs, verbose: bool, box_filter: bool) ->
         defaults: Defaults { rules: WalkRules { max_length, rr_depth: file.rr_depth } },
         spp: file.spp,
     })
+}
+
+/// Bytes of a pixel at the end of a render: sums, the image made of them, and what is encoded of it.
+const BYTES: usize = 96;
+
+/// Says that a film does not fit the memory, before anything is rendered.
+fn no_room(film: &FilmDescription) -> Option<String> {
+    let Crop { width, height, .. } = film.crop;
+    let bytes = (width as usize).saturating_mul(height as usize).saturating_mul(BYTES);
+    let mut room: Vec<u8> = Vec::new();
+    room.try_reserve_exact(bytes).err().map(|_| {
+        format!("{width}×{height} pixels need {:.1} GB, which cannot be had", bytes as f64 / 1e9)
+    })
+}
+
+/// Scenes whose image is black whatever is done are more often mistakes than wishes.
+fn tell_empty(name: &str, description: &SceneDescription) {
+    let lit = !description.emitters.is_empty()
+        || description.shapes.iter().any(|shape| shape.emission.is_some());
+    if !lit {
+        say(&format!("warning: {name}: the scene has no emitter, and the image will be black"));
+    } else if description.shapes.is_empty() {
+        say(&format!("warning: {name}: the scene has no shape"));
+    }
 }
 
 /// A line for each note that may change the image; one for all the others, which every file has, where asked for.

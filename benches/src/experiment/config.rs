@@ -241,28 +241,9 @@ fn meant(message: &str) -> String {
     let Some(rest) = message.strip_prefix("unknown field ") else { return String::new() };
     let mut words = rest.split('`').skip(1).step_by(2);
     let Some(unknown) = words.next() else { return String::new() };
-    let best = words.map(|known| (distance(unknown, known), known)).min();
+    let best = words.map(|known| (strsim::osa_distance(unknown, known), known)).min();
     let near = best.filter(|(distance, known)| 3 * distance <= known.len().max(unknown.len()));
     near.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"))
-}
-
-/// Letters to insert, delete, replace or swap with their neighbour between two words.
-fn distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    let mut d = vec![vec![0; b.len() + 1]; a.len() + 1];
-    for i in 0..=a.len() {
-        for j in 0..=b.len() {
-            d[i][j] = if i == 0 || j == 0 {
-                i + j
-            } else {
-                let replaced = d[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-                let swaps = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-                let swapped = if swaps { d[i - 2][j - 2] + 1 } else { usize::MAX };
-                replaced.min(swapped).min(d[i - 1][j] + 1).min(d[i][j - 1] + 1)
-            };
-        }
-    }
-    d[a.len()][b.len()]
 }
 
 /// Both ends of `A..B`.

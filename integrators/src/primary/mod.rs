@@ -36,9 +36,14 @@ impl Kernel {
         let s1 = options.number("s1", s1, least..=0.5)?;
         let s2 = options.number("s2", s2.max(s1), s1..=0.5)?;
         let sigma = options.number("sigma", 1.0 / 64.0, least..=1.0)?;
-        options.choice(
+        let kernel = options.choice(
             "kernel",
             &[("kelemen", Kernel::Kelemen { s1, s2 }), ("gaussian", Kernel::Gaussian { sigma })],
-        )
+        )?;
+        let kelemen = matches!(kernel, Kernel::Kelemen { .. });
+        options.used_if("s1", kelemen, "kernel=kelemen")?;
+        options.used_if("s2", kelemen, "kernel=kelemen")?;
+        options.used_if("sigma", !kelemen, "kernel=gaussian")?;
+        Ok(kernel)
     }
 }

@@ -185,6 +185,7 @@ impl RadiosityIntegrator {
             samples: whole(options.integer("samples", default.samples.into(), 1..=16)?),
             memory: whole(options.integer("memory", default.memory.into(), 1..=1 << 20)?),
         };
+        options.used_if("elements", settings.h.is_none(), "h left out")?;
         let max_length = options.max_length(defaults)?;
         options.finish()?;
         let cache = Arc::default();

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use pathspace_core::Scene;
+use pathspace_core::emitter::Emitter;
 use rayon::prelude::*;
 
 use super::elements::Mesh;
@@ -31,7 +32,8 @@ impl System {
     /// Where something is not diffuse, an emitter is no surface, or the matrix would be too large.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<System, SolveError> {
         if let Some(emitter) = scene.emitters().list().iter().find(|e| !is_area(e)) {
-            return Err(SolveError::Refused(format!("{emitter:?} is not a surface")));
+            let what = name_of(emitter);
+            return Err(SolveError::Refused(format!("{what} is not a surface")));
         }
         let most = settings.most_elements();
         // Sides that no light reaches are dropped, so there may be more cells than elements.
@@ -154,6 +156,16 @@ impl System {
     }
 }
 
-fn is_area(emitter: &pathspace_core::emitter::Emitter) -> bool {
-    matches!(emitter, pathspace_core::emitter::Emitter::Area { .. })
+/// An emitter in words.
+fn name_of(emitter: &Emitter) -> &'static str {
+    match emitter {
+        Emitter::Area { .. } => "an area light",
+        Emitter::Point { .. } => "a point light",
+        Emitter::Directional { .. } => "a directional light",
+        Emitter::Constant { .. } => "a constant environment",
+    }
+}
+
+fn is_area(emitter: &Emitter) -> bool {
+    matches!(emitter, Emitter::Area { .. })
 }
