@@ -1,5 +1,7 @@
 //! The command as its users meet it: the built binary with arguments, files and signals.
 
+#[path = "cli/agree.rs"]
+mod agree;
 #[path = "cli/bad_use.rs"]
 mod bad_use;
 #[path = "cli/checkpoint.rs"]

@@ -22,6 +22,7 @@
 //! | Who stands where, in a sentence and in a table? | [`standing`] |
 //! | How does it look? | [`report`] |
 //! | How does an image become a file? | [`output`] |
+//! | … and a file of any renderer an image? | [`input`] |
 //!
 //! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from another crate is treated as one of ours.
 
@@ -34,6 +35,7 @@ pub mod comparison;
 mod csv;
 pub mod experiment;
 mod expose;
+pub mod input;
 mod leftovers;
 pub mod metrics;
 mod moments;

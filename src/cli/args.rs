@@ -8,6 +8,7 @@ use pathspace_core::description::Crop;
 use pathspace_core::film::Layers;
 use pathspace_integrators::Spec;
 
+use super::agree::AgreeArgs;
 use super::image::Stops;
 
 /// Light transport by path-space integrators, rendered and compared.
@@ -31,6 +32,8 @@ pub(super) enum Command {
     Merge(MergeArgs),
     /// Compare integrators on scenes: do they agree, and how fast are they?
     Compare(Box<CompareArgs>),
+    /// Do two sets of images, of any renderers, show the same expectation?
+    Agree(AgreeArgs),
     /// Build a reference image from two integrators that agree.
     Reference(ReferenceArgs),
     /// Hold integrators to each other and to exact answers: are they right?
@@ -468,12 +471,12 @@ fn seconds(text: &str) -> Result<f64, String> {
     value.filter(|s| *s > 0.0 && *s < 3.2e9).ok_or_else(|| "expected a number over 0".into())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
     value.filter(|v| *v > 0.0 && *v < 1e6).ok_or_else(|| "expected a number over 0".into())
 }
 
-fn probability(text: &str) -> Result<f64, String> {
+pub(super) fn probability(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
     value.filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a number in (0, 1)".into())
 }

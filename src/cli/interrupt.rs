@@ -4,7 +4,6 @@
 //! second one the program. The exit status is 128 and the number of the signal, as a shell says it: 130 for Ctrl-C, 143 for SIGTERM.
 
 use std::fmt;
-use std::process::ExitCode;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
@@ -46,8 +45,8 @@ pub(super) fn requested() -> bool {
 }
 
 /// Exit status of a command that was interrupted.
-pub(super) fn status() -> ExitCode {
-    u8::try_from(code()).map_or(ExitCode::FAILURE, ExitCode::from)
+pub(super) fn status() -> u8 {
+    u8::try_from(code()).unwrap_or(1)
 }
 
 fn code() -> i32 {

@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr), 130 interrupted by
 //! Ctrl-C, 143 by SIGTERM (128 and the number of the signal).
 
+mod agree;
 mod args;
 mod checkpoint;
 mod compare;
@@ -54,6 +55,11 @@ pub fn run(registry: Registry) -> ExitCode {
 
 /// [`run`] with arguments; the first one is the name of the program.
 pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    ExitCode::from(status_from(registry, args))
+}
+
+/// [`run_from`] with the exit status as a number, for programs that the command is a part of.
+pub fn status_from(registry: Registry, args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     if let Some(name) = args.first().filter(|name| !name.is_empty()) {
         // The first call in a process names the program.
@@ -69,6 +75,7 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         Some(Command::Render(args)) => render::render(&registry, &args, verbose, &mut out),
         Some(Command::Merge(args)) => merge::merge(&args, &mut out),
         Some(Command::Compare(args)) => compare::compare(&registry, &args, verbose, &mut out),
+        Some(Command::Agree(args)) => agree::agree(&args, &mut out),
         Some(Command::Reference(args)) => reference::reference(&registry, &args, verbose, &mut out),
         Some(Command::Validate(args)) => validate::validate(&registry, &args, &mut out),
         Some(Command::Report(args)) => report::report(&args, verbose, &mut out),
@@ -85,18 +92,18 @@ pub fn run_from(registry: Registry, args: impl IntoIterator<Item = OsString>) ->
         }
     };
     match done.and_then(|done| Ok(out.flush().map(|()| done)?)) {
-        Ok(Done::Well) => ExitCode::SUCCESS,
-        Ok(Done::Differ) => ExitCode::from(1),
+        Ok(Done::Well) => 0,
+        Ok(Done::Differ) => 1,
         Ok(Done::Interrupted) => interrupt::status(),
         // Whoever read our output has heard enough: `pathspace scenes | head -1`.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if is_broken_pipe(&error) => 0,
         Err(error) if error.is::<interrupt::Interrupted>() => {
             say(&one_line(&error.to_string()));
             interrupt::status()
         }
         Err(error) => {
             say(&format!("error: {}{}", one_line(&with_causes(&error)), meant(&error)));
-            ExitCode::from(2)
+            2
         }
     }
 }
@@ -109,10 +116,10 @@ fn program() -> String {
 static PROGRAM: OnceLock<String> = OnceLock::new();
 
 /// Help and version as they are; a mistake as one line, with the help of the command that it was made in.
-fn usage(error: &clap::Error, args: &[OsString]) -> ExitCode {
+fn usage(error: &clap::Error, args: &[OsString]) -> u8 {
     if !error.use_stderr() {
         let _ = error.print();
-        return ExitCode::SUCCESS;
+        return 0;
     }
     let text = error.to_string();
     // What follows the first empty line is usage and tips.
@@ -123,7 +130,7 @@ fn usage(error: &clap::Error, args: &[OsString]) -> ExitCode {
     let sub = named.into_iter().find_map(|a| cli.find_subcommand(a));
     let help = sub.map_or(String::new(), |c| format!(" {}", c.get_name()));
     say(&format!("{}{} (see '{}{help} --help')", one_line(first), suggestion(error), program()));
-    ExitCode::from(2)
+    2
 }
 
 /// What clap thinks was meant.

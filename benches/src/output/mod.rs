@@ -7,6 +7,7 @@ mod exr;
 mod plain;
 mod png;
 mod sheet;
+mod sigma;
 pub(crate) mod whole;
 
 use std::io::{self, Read};
@@ -17,6 +18,7 @@ use thiserror::Error;
 
 pub use png::{exposure, tone_map};
 pub use sheet::{SheetRow, Weighting, labelled_sheet, technique_sheet};
+pub use sigma::{FULL_SIGMA, sigma_picture};
 pub use whole::{is_same_file, read_file, read_text};
 use whole::{probe, write_whole};
 
@@ -215,6 +217,15 @@ fn is_ours(path: &Path) -> bool {
     let mut head = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
     read.is_ok() && head.windows(name.len()).any(|w| w == name)
+}
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// [`OutputError`], with the system's reason.
+pub fn write_png(path: &Path, picture: &image::RgbImage) -> Result<(), OutputError> {
+    let bytes = png::encode_rgb(picture).map_err(|e| failed(path, &e))?;
+    write_bytes(path, &bytes).map_err(|e| failed(path, &e))
 }
 
 fn failed(path: &Path, error: &io::Error) -> OutputError {

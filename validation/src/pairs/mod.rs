@@ -21,4 +21,4 @@ pub use cells::well_sampled;
 pub use judge::{Judgement, LengthSummary, TILE_REPLICATES, Unseen, judge};
 pub use maps::{TileMap, tile_maps};
 pub use observe::{Arm, ClassMean, Observation, PathClass, TILES, Tiles, unique_name};
-pub use tiles::TileSummary;
+pub use tiles::{TileSummary, tile_test};

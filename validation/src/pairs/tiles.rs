@@ -72,7 +72,10 @@ enum Fitness {
 ///
 /// Two tests share the level. The largest difference: Welch's t of each group, cleared of the skewness that the groups of its class have
 /// in common, by Bonferroni over groups of 1, 2×2 and 4×4 tiles. The spread: [`spread_test`] over the smallest groups.
-pub(super) fn tile_test(
+///
+/// # Errors
+/// With fewer than four replicates of an arm, or means that are not finite.
+pub fn tile_test(
     a: &Arm,
     b: &Arm,
     classes: &BTreeSet<PathClass>,
