@@ -13,7 +13,7 @@ use crate::math::{Ray, warp};
 use crate::measure::{Area, Density, Mass, SolidAngle};
 use crate::path::Vertex;
 use crate::random::nearest_coordinate;
-use crate::scene::{Normalisation, SceneError};
+use crate::scene::{Ball, Normalisation, SceneError};
 
 /// Perspective sensor in the normalised scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub struct Sensor {
     /// Film position in pixels of the axis z.
     center: [f64; 2],
     crop: Crop,
+    /// About the surfaces; none are met before it.
+    start: Option<Ball>,
 }
 
 /// A camera sample: W_e|cos θ| over its density is 1.
@@ -41,6 +43,9 @@ pub struct SensorSample {
     pub ray: Ray,
 }
 
+/// How many radii from the middle of the surfaces a camera counts as far.
+const FAR: f64 = 16.0;
+
 impl Sensor {
     /// # Errors
     /// Where the transform is not a rigid motion (a mirror is allowed) or an angle or length is out of range.
@@ -48,6 +53,7 @@ impl Sensor {
         description: &SensorDescription,
         film: &FilmDescription,
         normalisation: Normalisation,
+        start: Option<Ball>,
     ) -> Result<Self, SceneError> {
         let bad = |problem: String| Err(SceneError::Sensor { problem });
         let m = description.to_world.matrix3;
@@ -103,6 +109,7 @@ impl Sensor {
             pixel: 2.0 * (fov.to_radians() * 0.5).tan() / w,
             center: [(0.5 - ox) * w, (0.5 - oy) * h],
             crop: film.crop,
+            start,
         })
     }
 
@@ -152,9 +159,23 @@ impl Sensor {
             let d = in_camera * self.focus_distance - on_lens;
             (self.origin + self.to_scene(on_lens), self.to_scene(d))
         };
-        let p = p.as_vec3();
-        let d = d.normalize().as_vec3();
-        SensorSample { film, vertex: self.vertex(p), ray: Ray::new(p, d) }
+        let (o, d) = (self.start_of(p, d), d.normalize().as_vec3());
+        SensorSample { film, vertex: self.vertex(p.as_vec3()), ray: Ray::new(o, d) }
+    }
+
+    /// Where a ray from the lens point `p` in direction `d` starts: at `p`, or from far outside the scene where it comes near
+    /// the surfaces, computed before `d` is rounded. Errors of f32 directions and origins grow with the way.
+    #[inline]
+    fn start_of(&self, p: DVec3, d: DVec3) -> Vec3 {
+        let Some(ball) = &self.start else { return p.as_vec3() };
+        let (to, radius) = (ball.center.as_dvec3() - p, f64::from(ball.radius));
+        if to.length_squared() < FAR * FAR * radius * radius {
+            return p.as_vec3();
+        }
+        // Two radii before the point nearest to the centre.
+        let d = d.normalize();
+        let t = to.dot(d) - 2.0 * radius;
+        (p + d * t.max(0.0)).as_vec3()
     }
 
     /// The point of the film that [`Sensor::sample`] takes for these numbers, anywhere in the crop window.

@@ -10,7 +10,7 @@ use super::cone::Cone;
 use crate::math::{Frame, warp};
 use crate::path::Vertex;
 use crate::random::PrimarySample;
-use crate::scene::{SCENE_RADIUS, Scene, ShapeKind};
+use crate::scene::{Scene, ShapeKind};
 
 impl Scene {
     /// Numbers (pick, u) by which [`Scene::sample_direct`] takes the emitter vertex x₀ for `reference`. `None` where there are none.
@@ -74,7 +74,7 @@ impl Scene {
             }
             Vertex::InfiniteEmitter { to, .. } => {
                 let frame = Frame::from_normal(*to);
-                let p = next.position()? / SCENE_RADIUS;
+                let p = (next.position()? - self.ball().center) / self.ball().radius;
                 let across = glam::Vec2::new(frame.s.dot(p), frame.t.dot(p));
                 Some(warp::concentric_disk_inverse(across))
             }

@@ -20,6 +20,7 @@ use glam::Vec3;
 use crate::color::Rgb;
 use crate::measure::{Area, Density, Mass};
 use crate::random::coordinate_between;
+use crate::scene::Ball;
 
 /// One emitter of the built scene, in normalised units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,7 @@ impl Emitter {
 }
 
 /// All emitters of a scene with the discrete distribution by which one is picked: in proportion to emitted power
-/// (mean of the channels; power through the scene's bounding sphere for emitters at infinity).
+/// (mean of the channels; power through the ball about the surfaces for emitters at infinity).
 #[derive(Clone, Debug)]
 pub struct Emitters {
     list: Vec<Emitter>,
@@ -74,11 +75,13 @@ pub struct Emitters {
     /// Running sum of `mass`.
     cdf: Vec<f64>,
     background: Option<u32>,
+    /// What beams from infinity cover.
+    ball: Ball,
 }
 
 impl Emitters {
     /// `power` holds each emitter's power in the same arbitrary unit.
-    pub(crate) fn new(list: Vec<Emitter>, power: &[f64]) -> Self {
+    pub(crate) fn new(list: Vec<Emitter>, power: &[f64], ball: Ball) -> Self {
         let total: f64 = power.iter().sum();
         let mass: Vec<f64> =
             power.iter().map(|&p| if total > 0.0 { p / total } else { 0.0 }).collect();
@@ -90,7 +93,7 @@ impl Emitters {
             })
             .collect();
         let background = list.iter().position(|e| matches!(e, Emitter::Constant { .. }));
-        Emitters { list, mass, cdf, background: background.map(|i| i as u32) }
+        Emitters { list, mass, cdf, background: background.map(|i| i as u32), ball }
     }
 
     /// The emitters.
@@ -155,10 +158,17 @@ impl Emitters {
     pub fn background_radiance(&self) -> Rgb {
         self.background.map_or(Rgb::BLACK, |i| self.area_radiance(i))
     }
-}
 
-/// Density across a beam that is uniform on the disk of the scene's sphere.
-pub(crate) fn beam_density() -> Density<Area> {
-    let r = crate::scene::SCENE_RADIUS as f64;
-    Density::new(1.0 / (std::f64::consts::PI * r * r))
+    /// What beams from infinity cover.
+    #[inline]
+    pub(crate) fn ball(&self) -> &Ball {
+        &self.ball
+    }
+
+    /// Density across a beam that is uniform on the disk that covers the scene.
+    #[inline]
+    pub(crate) fn beam_density(&self) -> Density<Area> {
+        let r = self.ball.radius as f64;
+        Density::new(1.0 / (std::f64::consts::PI * r * r))
+    }
 }

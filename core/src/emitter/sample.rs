@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use glam::Vec3;
 
 use super::cone::Cone;
-use super::{Emitter, beam_density};
+use super::Emitter;
 use crate::color::Rgb;
 use crate::math::{Frame, Ray, warp};
 use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
 use crate::path::Vertex;
-use crate::scene::{SCENE_RADIUS, Scene, ShapeKind, SurfacePoint};
+use crate::scene::{Scene, ShapeKind, SurfacePoint};
 
 /// x₀ sampled for a given x₁ (technique s = 1).
 #[derive(Clone, Copy, Debug)]
@@ -136,17 +136,18 @@ impl Scene {
     ) -> Option<EmissionSample> {
         let (emitter, mass) = self.emitters().pick(pick)?;
         let beam = |to: Vec3, radiance: Rgb, pdf: Density<Area>| {
+            let ball = self.ball();
             let frame = Frame::from_normal(to);
-            let disk = warp::concentric_disk(direction) * SCENE_RADIUS;
-            // The origin lies outside the sphere, wherever on the disk.
-            let o = to * (2.0 * SCENE_RADIUS) + frame.s * disk.x + frame.t * disk.y;
+            let disk = warp::concentric_disk(direction) * ball.radius;
+            // The origin lies outside the ball, wherever on the disk.
+            let o = ball.center + to * (2.0 * ball.radius) + frame.s * disk.x + frame.t * disk.y;
             EmissionSample {
                 vertex: Vertex::InfiniteEmitter { emitter, to },
                 emitter,
                 radiance,
                 pdf: pdf * mass,
                 ray: Ray::new(o, -to),
-                next: NextDensity::Across(beam_density()),
+                next: NextDensity::Across(self.emitters().beam_density()),
                 cos: 1.0,
             }
         };
@@ -201,7 +202,7 @@ impl Scene {
                 (cos > 0.0).then(|| NextDensity::Direction(Density::new(cos / PI)))
             }
             Vertex::PointEmitter { .. } => Some(NextDensity::Direction(Density::new(0.25 / PI))),
-            Vertex::InfiniteEmitter { .. } => Some(NextDensity::Across(beam_density())),
+            Vertex::InfiniteEmitter { .. } => Some(NextDensity::Across(self.emitters().beam_density())),
             Vertex::Sensor { .. } => None,
         }
     }

@@ -69,15 +69,14 @@ impl Analytic {
         }
     }
 
-    /// First hit with `tmin` < t ≤ `tlast`, t judged after rounding to f32, and its coordinates
-    /// (a, b) for disks, zeros for spheres and cylinders.
+    /// First hit with `tmin` < t < `tmax`, and its coordinates (a, b) for disks, zeros for spheres and cylinders.
     #[inline]
-    pub fn intersect(&self, ray: &Ray64, tmin: f32, tlast: f32) -> Option<(f32, f32, f32)> {
+    pub fn intersect(&self, ray: &Ray64, tmin: f64, tmax: f64) -> Option<(f64, f64, f64)> {
         match self.shape {
             Shape::Sphere { center, radius } => {
                 let (t0, t1) = sphere_roots(ray.o - center, ray.d, radius)?;
-                // Casting rounds to nearest and keeps NaN, which no comparison accepts.
-                let accept = |t: f64| Some(t as f32).filter(|t| *t > tmin && *t <= tlast);
+                // No comparison accepts NaN.
+                let accept = |t: f64| (t > tmin && t < tmax).then_some(t);
                 accept(t0).or_else(|| accept(t1)).map(|t| (t, 0.0, 0.0))
             }
             Shape::Disk { center, n, a, b } => {
@@ -85,10 +84,8 @@ impl Analytic {
                 let t = -oc.dot(n) / ray.d.dot(n);
                 let q = oc + ray.d * t;
                 let (qa, qb) = (q.dot(a), q.dot(b));
-                let t = t as f32;
                 // NaN (ray in the plane of the disk) fails the comparisons.
-                (qa * qa + qb * qb <= 1.0 && t > tmin && t <= tlast)
-                    .then_some((t, qa as f32, qb as f32))
+                (qa * qa + qb * qb <= 1.0 && t > tmin && t < tmax).then_some((t, qa, qb))
             }
             Shape::Cylinder { base, axis, length, radius } => {
                 // Across the axis the cylinder is a circle; a ray along the axis gives NaN, which nothing accepts.
@@ -97,9 +94,8 @@ impl Analytic {
                 let (t0, t1) = sphere_roots(oc - axis * along_o, ray.d - axis * along_d, radius)?;
                 let accept = |t: f64| {
                     let height = along_o + t * along_d;
-                    let t = t as f32;
                     let on = (0.0..=length).contains(&height);
-                    (on && t > tmin && t <= tlast).then_some(t)
+                    (on && t > tmin && t < tmax).then_some(t)
                 };
                 accept(t0).or_else(|| accept(t1)).map(|t| (t, 0.0, 0.0))
             }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use obvhs::{Boundable, BvhBuildParams, bvh2::builder::build_bvh2};
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
 
 use super::analytic::Analytic;
 use super::collapse::{BinNode, BinTree, Plan};
@@ -20,22 +20,37 @@ pub(super) fn build(prims: &Primitives) -> Tree {
     Tree { nodes: on_huge_pages(tree.nodes), blocks: on_huge_pages(tree.blocks), ..tree }
 }
 
-/// obvhs' binary tree with one primitive a leaf; the leaves are ours to form.
+/// obvhs' binary tree with one primitive a leaf; the leaves are ours to form. Where areas would underflow, the
+/// balanced tree.
 fn binary(bounded: &[Bounded]) -> BinTree {
+    if areas_underflow(bounded) {
+        return median(bounded);
+    }
     let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
-    let bvh = build_bvh2(bounded, params, &mut Duration::default());
+    let jittered: Vec<Bounded> = bounded.iter().map(Bounded::jittered).collect();
+    let bvh = build_bvh2(&jittered, params, &mut Duration::default());
     let nodes = bvh
         .nodes
         .iter()
-        .map(|n| BinNode {
-            min: n.aabb().min.to_array(),
-            max: n.aabb().max.to_array(),
-            first: n.first_index,
-            count: n.prim_count,
-        })
+        .map(|n| BinNode { min: [0.0; 3], max: [0.0; 3], first: n.first_index, count: n.prim_count })
         .collect();
-    let order = bvh.primitive_indices.iter().map(|&i| bounded[i as usize].prim).collect();
-    BinTree { nodes, order }
+    let mut tree = BinTree { nodes, order: bvh.primitive_indices };
+    tree.refit(|i| {
+        let b = bounded[i as usize].aabb();
+        (b.min.to_array(), b.max.to_array())
+    });
+    for i in &mut tree.order {
+        *i = bounded[*i as usize].prim;
+    }
+    tree
+}
+
+/// Whether many boxes are so small beside the whole that f32 cannot hold their areas.
+fn areas_underflow(bounded: &[Bounded]) -> bool {
+    let size = |b: &Aabb| (b.max - b.min).max_element();
+    let whole = bounded.iter().fold(Aabb::empty(), |a, b| a.union(&b.aabb()));
+    let least = (size(&whole) * 1e-15).max(1e-18);
+    bounded.iter().filter(|b| size(&b.aabb()) < least).count() > 64
 }
 
 /// Balanced tree by halving along the widest axis of the centroids: for the input, if there is any,

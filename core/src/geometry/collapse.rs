@@ -20,6 +20,8 @@ const NODE_COST: f32 = 1.0;
 const FAR_NODE_COST: f32 = 3.0;
 /// Number of primitives from which on a tree counts as large: about 1 MB.
 const LARGE: usize = 16_384;
+/// Least area of a subtree in parts of the whole: products with costs stay above 0.
+const MIN_AREA: f64 = 1e-30;
 /// Cost of testing one block of triangles.
 const BLOCK_COST: f32 = 1.0;
 /// Cost of testing one analytic primitive.
@@ -45,8 +47,8 @@ impl BinNode {
         (self.count == 0).then_some((self.first as usize, self.first as usize + 1))
     }
 
-    pub fn half_area(&self) -> f32 {
-        let e = [0, 1, 2].map(|i| self.max[i] - self.min[i]);
+    pub fn half_area(&self) -> f64 {
+        let e = [0, 1, 2].map(|i| f64::from(self.max[i]) - f64::from(self.min[i]));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
     }
 }
@@ -64,6 +66,27 @@ impl BinTree {
             }
         }
         out
+    }
+
+    /// Sets the bounds of all nodes by those of the elements of `order`.
+    pub fn refit(&mut self, bounds: impl Fn(u32) -> ([f32; 3], [f32; 3])) {
+        let union = |a: ([f32; 3], [f32; 3]), b: ([f32; 3], [f32; 3])| {
+            ([0, 1, 2].map(|i| a.0[i].min(b.0[i])), [0, 1, 2].map(|i| a.1[i].max(b.1[i])))
+        };
+        for n in self.preorder().into_iter().rev() {
+            let node = self.nodes[n as usize];
+            let (min, max) = match node.children() {
+                Some((l, r)) => {
+                    let (l, r) = (self.nodes[l], self.nodes[r]);
+                    union((l.min, l.max), (r.min, r.max))
+                }
+                None => self.order[node.first as usize..][..node.count as usize]
+                    .iter()
+                    .map(|&i| bounds(i))
+                    .fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), union),
+            };
+            self.nodes[n as usize] = BinNode { min, max, ..node };
+        }
     }
 
     /// Primitives below a node, ascending.
@@ -106,10 +129,12 @@ impl<'a> Plan<'a> {
         let (node_cost, blocks) =
             if tree.order.len() < LARGE { (NODE_COST, 1) } else { (FAR_NODE_COST, 2) };
         let mut content = vec![Content::default(); len];
+        let whole = tree.nodes[0].half_area();
         for &n in tree.preorder().iter().rev() {
             let n = n as usize;
             let node = &tree.nodes[n];
-            let area = node.half_area();
+            // Parts of the whole, so that no unit makes them overflow.
+            let area = (node.half_area() / whole).max(MIN_AREA) as f32;
             if let Some((l, r)) = node.children() {
                 let (cl, cr) = (content[l], content[r]);
                 let here = Content {

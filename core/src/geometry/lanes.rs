@@ -19,12 +19,12 @@ pub(super) trait Lanes: Copy {
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
     fn div(self, b: Self) -> Self;
+    fn abs(self) -> Self;
     /// `self > b ? self : b`
     fn max(self, b: Self) -> Self;
     /// `self < b ? self : b`
     fn min(self, b: Self) -> Self;
     fn le(self, b: Self) -> Self::Mask;
-    fn lt(self, b: Self) -> Self::Mask;
     /// Different or NaN.
     fn ne(self, b: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
@@ -87,6 +87,10 @@ impl Lanes for Portable {
         Portable(lanes!(|a, b| a / b; self.0, b.0))
     }
     #[inline(always)]
+    fn abs(self) -> Self {
+        Portable(lanes!(|a, _b| f32::abs(a); self.0, self.0))
+    }
+    #[inline(always)]
     fn max(self, b: Self) -> Self {
         Portable(lanes!(|a, b| if a > b { a } else { b }; self.0, b.0))
     }
@@ -97,10 +101,6 @@ impl Lanes for Portable {
     #[inline(always)]
     fn le(self, b: Self) -> [u32; 8] {
         lanes!(|a, b| if a <= b { u32::MAX } else { 0 }; self.0, b.0)
-    }
-    #[inline(always)]
-    fn lt(self, b: Self) -> [u32; 8] {
-        lanes!(|a, b| if a < b { u32::MAX } else { 0 }; self.0, b.0)
     }
     #[inline(always)]
     fn ne(self, b: Self) -> [u32; 8] {
@@ -183,6 +183,11 @@ mod avx2 {
             Avx2(unsafe { _mm256_div_ps(self.0, b.0) })
         }
         #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: AVX2 is present, see the type.
+            Avx2(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+        }
+        #[inline(always)]
         fn max(self, b: Self) -> Self {
             // SAFETY: AVX2 is present, see the type.
             Avx2(unsafe { _mm256_max_ps(self.0, b.0) })
@@ -196,11 +201,6 @@ mod avx2 {
         fn le(self, b: Self) -> __m256 {
             // SAFETY: AVX2 is present, see the type.
             unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0) }
-        }
-        #[inline(always)]
-        fn lt(self, b: Self) -> __m256 {
-            // SAFETY: AVX2 is present, see the type.
-            unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, b.0) }
         }
         #[inline(always)]
         fn ne(self, b: Self) -> __m256 {

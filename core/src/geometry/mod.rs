@@ -41,13 +41,14 @@ mod accel;
 mod analytic;
 mod build;
 mod collapse;
+mod exact;
 mod lanes;
 mod layout;
 mod offset;
 mod primitives;
 mod traverse;
 
-pub use accel::{Accel, Hit, Stats};
+pub use accel::{Accel, Hit, NO_PRIM, Stats};
 pub use offset::{offset_origin, segment};
 pub use primitives::{CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim};
 

@@ -3,48 +3,50 @@
 use glam::Vec3;
 
 use super::primitives::PrimRef;
+use super::traverse::U;
 use super::{Accel, Hit};
 use crate::math::Ray;
 
-/// Half an ulp of 1: the relative error of one rounding to f32.
-const U: f32 = 1.0 / 16_777_216.0;
-
 impl Accel {
-    /// Position of a hit on its primitive, more exact than o + t·d: barycentric interpolation for
+    /// Position of a hit on its primitive: barycentric interpolation for
     /// triangles, o + t·d brought onto the surface for spheres and cylinders, c + a·u + b·v for disks; in f64,
-    /// rounded once.
+    /// rounded once, so that it errs by half an ulp of its own coordinates.
     ///
     /// A hit within rounding of an edge of its triangle is taken for one a little further in. On the edge itself it would lie on a wall that meets the
-    /// triangle there too, and what leaves it through that wall would not meet the wall. That is enough where walls meet at more than 45°; of 2¹⁹
-    /// rays that left points aimed at the edges of a sheared box 17 267 escaped at 40°, 62 653 at 30°.
+    /// triangle there too, and what leaves it through that wall would not meet the wall.
     ///
     /// A hit that is not of this tree gives o + t·d.
     #[inline]
     pub fn position(&self, hit: &Hit, ray: &Ray) -> Vec3 {
-        let (b1, b2) = (f64::from(hit.b1), f64::from(hit.b2));
+        let (b1, b2) = (hit.b1, hit.b2);
         match self.prim(hit.prim) {
             Some(PrimRef::Triangle(&[a, b, c])) => {
-                let [b1, b2] = off_edges([b1, b2], self.margins(hit.prim).weight.into());
                 let origin = a.as_dvec3();
-                let p = origin + (b.as_dvec3() - origin) * b1 + (c.as_dvec3() - origin) * b2;
+                let (e, f) = (b.as_dvec3() - origin, c.as_dvec3() - origin);
+                let mut p = origin + e * b1 + f * b2;
+                let least = self.margins(hit.prim).least_weight(p.as_vec3());
+                if b1.min(b2).min(1.0 - b1 - b2) < least {
+                    let [b1, b2] = off_edges([b1, b2], least);
+                    p = origin + e * b1 + f * b2;
+                }
                 // The rounded weights may sum to more than 1; the box keeps the point from slipping
                 // through a neighbouring wall that the box touches.
                 p.as_vec3().clamp(a.min(b).min(c), a.max(b).max(c))
             }
             Some(PrimRef::Sphere(s)) => {
                 let c = s.center.as_dvec3();
-                let q = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t) - c;
+                let q = ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t - c;
                 (c + q.normalize_or_zero() * f64::from(s.radius)).as_vec3()
             }
             Some(PrimRef::Disk(d)) => {
                 (d.center.as_dvec3() + d.u.as_dvec3() * b1 + d.v.as_dvec3() * b2).as_vec3()
             }
             Some(PrimRef::Cylinder(c)) => {
-                let q = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t);
+                let q = ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t;
                 let (foot, out) = c.foot(q);
                 (foot + out * f64::from(c.radius)).as_vec3()
             }
-            None => ray.at(hit.t),
+            None => ray.at(hit.t as f32),
         }
     }
 
@@ -68,18 +70,25 @@ impl Accel {
 
     /// Distance along the normal by which a ray or segment must leave the primitive `prim` at the
     /// point `p` so that it does not meet the same primitive again: a bound on the distance of `p`
-    /// from the surface, plus what the intersection test errs seen from near `p` and from the
-    /// other end of a segment.
-    #[inline]
+    /// from the surface and on the error of the intersection test. It depends on the coordinates of `p` and on
+    /// the size of the primitive alone.
     pub fn error_bound(&self, prim: u32, p: Vec3) -> f32 {
-        // Rounding of p: half an ulp in each of three coordinates, √3 in all, and some for the
-        // normal's own rounding.
-        let rounding = 2.0 * U * p.abs().max_element();
-        let far = FAR_ERROR * U * self.extent();
-        match self.prim(prim) {
-            Some(PrimRef::Triangle(_)) => rounding + far + self.margins(prim).error,
-            _ => rounding + far,
-        }
+        self.error_along(prim, p, self.normal(prim, p))
+    }
+
+    /// [`Accel::error_bound`] where the geometric normal is known, to either side.
+    #[inline]
+    pub(crate) fn error_along(&self, prim: u32, p: Vec3, n: Vec3) -> f32 {
+        // Rounding of p, by at most U times each coordinate: a coordinate along the surface does not count.
+        let rounding = U * p.abs().dot(n.abs());
+        let test = match self.prim(prim) {
+            Some(PrimRef::Triangle(_)) => self.margins(prim).test,
+            Some(PrimRef::Sphere(s)) => TEST_ERROR * s.radius,
+            Some(PrimRef::Disk(d)) => TEST_ERROR * (d.u.abs() + d.v.abs()).max_element(),
+            Some(PrimRef::Cylinder(c)) => TEST_ERROR * (c.radius + c.axis.abs().max_element()),
+            None => 0.0,
+        };
+        rounding + test
     }
 }
 
@@ -87,35 +96,38 @@ impl Accel {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Margins {
     /// Error of the triangle test for origins near the triangle, as a distance across it.
-    error: f32,
-    /// Least barycentric weight of a point that is [`EDGE`] errors from every edge; less in slivers and in triangles that small.
+    test: f32,
+    /// Barycentric weight of a point per distance from an edge; less in slivers.
     weight: f32,
 }
 
 impl Margins {
-    /// Of a triangle in a scene whose coordinates are at most `extent`.
-    pub(super) fn new(&[a, b, c]: &[Vec3; 3], extent: f32) -> Self {
+    pub(super) fn new(&[a, b, c]: &[Vec3; 3]) -> Self {
         let (e, f, g) = (b - a, c - a, c - b);
         let length2 = e.length_squared().max(f.length_squared()).max(g.length_squared());
-        let (length, area2) = (length2.sqrt(), e.cross(f).length());
-        let slimness = length2 / area2;
-        // Edge functions err by u·L²; they are divided by twice the area and multiply heights ≤ L.
-        let error = TRIANGLE_ERROR * U * length * slimness.min(MAX_SLIMNESS);
+        // In f64: the area of a sliver is a difference, and squares of small lengths underflow.
+        let (e, f) = (e.as_dvec3(), f.as_dvec3());
+        let length = f64::from(length2).sqrt();
+        let slimness = length * length / e.cross(f).length();
+        // Edge functions err by 2⁻⁵³·L²; they are divided by twice the area and multiply heights ≤ L.
+        let test = f64::from(TEST_ERROR) * length * slimness.min(MAX_SLIMNESS);
         // The least height is 2A/L. A weight of x moves a point by x·L at most.
-        let distance = EDGE * (FAR_ERROR * U * extent + error);
-        let weight = distance * slimness.min(MAX_EDGE_SLIMNESS) / length;
-        Margins { error, weight: weight.min(1.0 / 16.0) }
+        let weight = slimness.min(MAX_EDGE_SLIMNESS) / length;
+        Margins { test: test as f32, weight: weight as f32 }
+    }
+
+    /// The least barycentric weight of a point near `p`.
+    #[inline]
+    fn least_weight(&self, p: Vec3) -> f64 {
+        let error = 2.0 * U * p.abs().max_element() + self.test;
+        f64::from((EDGE * error * self.weight).min(1.0 / 16.0))
     }
 }
 
 /// Weights b₁ and b₂ of a point like [b₁, b₂] none of whose three weights is below `least` ≤ 1/16.
 #[inline]
 fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
-    let mut b = [1.0 - b1 - b2, b1, b2];
-    if b.iter().all(|b| *b >= least) {
-        return [b1, b2];
-    }
-    b = b.map(|b| b.max(least));
+    let mut b = [1.0 - b1 - b2, b1, b2].map(|b| b.max(least));
     // The largest weight, at least 1/3, makes up for it.
     let surplus = b[0] + b[1] + b[2] - 1.0;
     let largest = (0..3).fold(0, |i, j| if b[j] > b[i] { j } else { i });
@@ -123,24 +135,18 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
     [b[1], b[2]]
 }
 
-/// How far from an edge a hit is, in errors of the triangle. Measured with 2¹⁹ rays a mesh that leave points aimed at edges: escaped from a room 144 789 at 0,
-/// 134 at 1/16; from a fine one 19 at 1/4; none at 1/2; doubled.
-const EDGE: f32 = 1.0;
+/// How far from an edge a hit is, in errors of its position (2·2⁻²⁴ of its largest coordinate). A wall that meets
+/// the triangle there at an angle θ is then EDGE·sin θ errors away.
+const EDGE: f32 = 24.0;
 
-/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves by more than 8 errors.
-const MAX_EDGE_SLIMNESS: f32 = 8.0;
+/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves far.
+const MAX_EDGE_SLIMNESS: f64 = 16.0;
 
-/// Factor of [`Margins::error`]. Measured with 10⁶ rays a mesh that leave triangles, half of them
-/// grazing: 0 self-hits at 1, 3 at 0; doubled.
-const TRIANGLE_ERROR: f32 = 2.0;
-
-/// Factor for what a segment's far end suffers: its direction is rounded and the test's error grows
-/// with the distance, which the scene's extent bounds. Measured with 8·10⁶ segments between two
-/// walls, down to cosines of 10⁻⁴: hidden by their own walls 5348 at 0, 209 at 1, 4 at 2, 0 at 4.
-const FAR_ERROR: f32 = 4.0;
+/// Error of the intersection test in f64 near a primitive of size 1: some 2⁻⁴⁸, with reserve.
+const TEST_ERROR: f32 = 1.0 / (1_u64 << 43) as f32;
 
 /// Slivers beyond this ratio of L² to twice the area get no larger offset.
-const MAX_SLIMNESS: f32 = 16.0;
+const MAX_SLIMNESS: f64 = 65_536.0;
 
 /// Pushes the origin `p` of a ray off the surface with unit normal `n_g`, by `bound` to the side
 /// into which the direction `toward` points, and rounds every coordinate away from the surface
@@ -158,10 +164,15 @@ pub fn offset_origin(p: Vec3, n_g: Vec3, bound: f32, toward: Vec3) -> Vec3 {
 /// Ray for the visibility of two points that were pushed off their surfaces: o + t·d with t in
 /// (0, 1) between them.
 ///
-/// The ends are put in lexicographic order, so that V(x, y) = V(y, x) to the bit.
+/// The ends are put in an order of their own, so that V(x, y) = V(y, x) to the bit: first the one with the smaller
+/// coordinates, where a rounded direction does least harm.
 pub fn segment(p: Vec3, q: Vec3) -> Ray {
-    let order =
-        p.x.total_cmp(&q.x).then_with(|| p.y.total_cmp(&q.y)).then_with(|| p.z.total_cmp(&q.z));
+    let (near, far) = (p.abs().max_element(), q.abs().max_element());
+    let order = near
+        .total_cmp(&far)
+        .then_with(|| p.x.total_cmp(&q.x))
+        .then_with(|| p.y.total_cmp(&q.y))
+        .then_with(|| p.z.total_cmp(&q.z));
     let (o, e) = if order.is_le() { (p, q) } else { (q, p) };
     Ray { o, d: e - o, tmin: 0.0, tmax: 1.0 }
 }

@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3, Vec3A};
 use obvhs::{Boundable, aabb::Aabb};
 
 use super::GeometryError;
+use super::traverse::SLACK;
 
-/// Coordinates beyond this magnitude are refused: the scene is meant to lie in the unit sphere, and
-/// far beyond it the products of the triangle test would overflow.
-const MAX_COORDINATE: f32 = 1e6;
+/// Coordinates beyond this magnitude are refused: three of them and an error bound are multiplied in f32.
+const MAX_COORDINATE: f32 = 1e9;
 
 /// Sorts of primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -205,6 +205,7 @@ fn check(
 }
 
 /// Bounds of one primitive with its id, as the builder wants them.
+#[derive(Clone, Copy)]
 pub(super) struct Bounded {
     pub prim: u32,
     aabb: Aabb,
@@ -216,27 +217,55 @@ impl Boundable for Bounded {
     }
 }
 
-/// Bounds of all primitives that have area. The bounds of spheres, disks and cylinders are rounded outwards.
+impl Bounded {
+    /// Bounds widened by what rays and tests err there: see [`SLACK`].
+    fn new(prim: u32, aabb: Aabb) -> Bounded {
+        let slack = Vec3A::splat(SLACK * aabb.min.abs().max(aabb.max.abs()).max_element());
+        Bounded { prim, aabb: Aabb::new(aabb.min - slack, aabb.max + slack) }
+    }
+
+    /// The bounds with their corners moved out at random, by up to 2⁻¹⁰ of the size and 2⁻²⁰ of the coordinates. A builder that
+    /// merges the pair of least area is linear only where few areas are equal.
+    pub fn jittered(&self) -> Bounded {
+        let size = (self.aabb.max - self.aabb.min).max_element();
+        let place = self.aabb.min.abs().max(self.aabb.max.abs()).max_element();
+        let step = (size / 1024.0).max(place / 1_048_576.0) / 65_536.0;
+        let bits = mix(u64::from(self.prim));
+        let part = |shift: u32| (bits >> shift & 0xffff) as f32 * step;
+        let (low, high) = (Vec3A::new(part(0), part(16), part(32)), Vec3A::splat(part(48)));
+        Bounded { prim: self.prim, aabb: Aabb::new(self.aabb.min - low, self.aabb.max + high) }
+    }
+}
+
+/// A hash of 64 bits (Stafford's variant 13 of the finaliser of MurmurHash3).
+fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ x >> 31
+}
+
+/// Bounds of all primitives that have area, widened by the slack of the tests.
 pub(super) fn bounds(p: &Primitives) -> Vec<Bounded> {
     let mut out = Vec::with_capacity(p.len());
     let mut prim = 0_u32;
     for tri in &p.triangles {
         if has_area(tri) {
             let [a, b, c] = tri.map(Vec3A::from);
-            out.push(Bounded { prim, aabb: Aabb::new(a.min(b).min(c), a.max(b).max(c)) });
+            out.push(Bounded::new(prim, Aabb::new(a.min(b).min(c), a.max(b).max(c))));
         }
         prim += 1;
     }
     for s in &p.spheres {
         let r = DVec3::splat(f64::from(s.radius));
-        out.push(Bounded { prim, aabb: outward(s.center.as_dvec3() - r, s.center.as_dvec3() + r) });
+        out.push(Bounded::new(prim, outward(s.center.as_dvec3() - r, s.center.as_dvec3() + r)));
         prim += 1;
     }
     for d in &p.disks {
         let (c, u, v) = (d.center.as_dvec3(), d.u.as_dvec3(), d.v.as_dvec3());
         if u.cross(v) != DVec3::ZERO {
             let e = (u * u + v * v).map(f64::sqrt);
-            out.push(Bounded { prim, aabb: outward(c - e, c + e) });
+            out.push(Bounded::new(prim, outward(c - e, c + e)));
         }
         prim += 1;
     }
@@ -247,7 +276,7 @@ pub(super) fn bounds(p: &Primitives) -> Vec<Bounded> {
             let n = axis.normalize();
             let e = (1.0 - n * n).max(DVec3::ZERO).map(f64::sqrt) * f64::from(c.radius);
             let (lo, hi) = (base.min(base + axis) - e, base.max(base + axis) + e);
-            out.push(Bounded { prim, aabb: outward(lo, hi) });
+            out.push(Bounded::new(prim, outward(lo, hi)));
         }
         prim += 1;
     }

@@ -1,20 +1,38 @@
 //! The walk: one source for all code paths, generic over [`Lanes`].
+//!
+//! Lanes of f32 say which triangles a ray may meet; what it meets is decided in f64 ([`Exact`]).
 
 use std::mem::MaybeUninit;
 
 use super::Hit;
 use super::analytic::Ray64;
+use super::exact::Exact;
 use super::lanes::Lanes;
 use super::layout::{Block, Child, Node, STACK, Tree};
 use crate::math::Ray;
 
-/// Widening of the slabs, in units of (extent of the scene + largest coordinate of the origin).
+/// Half an ulp of 1: the relative error of one rounding to f32.
+pub(super) const U: f32 = 1.0 / 16_777_216.0;
+
+/// Widening of the slabs, in units of the largest coordinate: of the origin here, of a primitive when the
+/// tree is built ([`super::primitives::bounds`]).
 ///
-/// Let u = 2⁻²⁴. A sheared coordinate (v − o)ₓ − Sₓ(v − o)_z carries an error of at most
-/// 6u·(|v| + |o|), which bounds how far from the exact ray an accepted triangle may lie; the slab
-/// value (plane − o)·(1/d) is relatively wrong by 3u, that is by 3u·(|v| + |o|) along the axis; the
-/// rest is reserve.
-const SLACK: f32 = 12.0 / 16_777_216.0;
+/// A sheared coordinate (v − o)ₓ − Sₓ(v − o)_z carries an error of at most 8u·(|v| + |o|), which bounds how
+/// far from the exact ray an accepted triangle may lie; the slab value (plane − o)·(1/d) is relatively wrong
+/// by 3u, that is by 3u·(|v| + |o|) along the axis; the rest is reserve.
+pub(super) const SLACK: f32 = 16.0 * U;
+
+/// Bound on the error of an edge function, in units of E·X: E bounds the sheared triangle in all axes, X across
+/// the ray. Each of four factors errs by 8u·E (three roundings of the coordinate, S wrong by 4u), products and
+/// difference by 3u·X more.
+const EDGE_ERROR: f32 = 40.0 * U;
+
+/// Bound on the error of t in units of E·X·Z/|det|: three edge functions in the numerator and three in the
+/// determinant, times depths of at most Z.
+const DEPTH_ERROR: f32 = 256.0 * U;
+
+/// Bound on the rounding of depths themselves and of the quotient, in units of Z.
+const DEPTH_ROUNDING: f32 = 16.0 * U;
 
 /// Ray prepared for the node and block tests.
 struct Setup<L> {
@@ -35,9 +53,10 @@ struct Setup<L> {
     o: [L; 3],
     /// Shear Sₓ, S_y and scale S_z (Woop et al. 2013, §2.1).
     shear: [L; 3],
-    tmin_scalar: f32,
-    /// The largest t that counts.
-    last: f32,
+    /// |S_z|.
+    scale: L,
+    /// The ray in f64.
+    exact: Exact,
 }
 
 // The methods are spelt out instead of mapping arrays: closures and library functions do not take on
@@ -46,8 +65,10 @@ struct Setup<L> {
 impl<L: Lanes> Setup<L> {
     /// `None` for rays that hit nothing by definition: not finite, without direction, empty
     /// interval.
+    ///
+    /// `exact` is the direction before it was rounded.
     #[inline(always)]
-    fn new(ray: &Ray, extent: f32) -> Option<Self> {
+    fn new(ray: &Ray, exact: &Ray64) -> Option<Self> {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
         let a = [d[0].abs(), d[1].abs(), d[2].abs()];
         // By table, since directions are random and a branch on them would be mispredicted.
@@ -67,7 +88,7 @@ impl<L: Lanes> Setup<L> {
         }
         const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
         let (x, y) = (NEXT[z + 1], NEXT[z + 2]);
-        let slack = SLACK * (extent + o[0].abs().max(o[1].abs()).max(o[2].abs()));
+        let slack = SLACK * o[0].abs().max(o[1].abs()).max(o[2].abs());
         let rd = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let sz = rd[z];
         let (bx, by, bz) = (
@@ -94,8 +115,8 @@ impl<L: Lanes> Setup<L> {
             axis: [x, y, z],
             o: [L::splat(o[x]), L::splat(o[y]), L::splat(o[z])],
             shear: [L::splat(d[x] * sz), L::splat(d[y] * sz), L::splat(sz)],
-            tmin_scalar: tmin,
-            last: ray.tmax.next_down(),
+            scale: L::splat(sz.abs()),
+            exact: Exact::new(exact, [x, y, z], tmin, ray.tmax),
         })
     }
 
@@ -123,48 +144,80 @@ impl<L: Lanes> Setup<L> {
         (x, y, z)
     }
 
-    /// Woop's test of eight triangles: lanes with a hit at `tmin` < t ≤ `last`.
+    /// Woop's test of eight triangles: lanes that may have a hit at `tmin` < t ≤ `last`.
+    ///
+    /// Edge functions are taken at their rounded signs, or with their error bounds where `CAREFUL`. Depths always
+    /// have their bounds: a lane is left out only where its t is surely outside.
     #[inline(always)]
-    fn hits(&self, block: &Block, last: L) -> (u32, BlockHits<L>) {
+    fn candidates<const CAREFUL: bool>(&self, block: &Block, last: L) -> u32 {
         let (xa, ya, za) = self.shear(block, 0);
         let (xb, yb, zb) = self.shear(block, 1);
         let (xc, yc, zc) = self.shear(block, 2);
         let u = xc.mul(yb).sub(yc.mul(xb));
         let v = xa.mul(yc).sub(ya.mul(xc));
         let w = xb.mul(ya).sub(yb.mul(xa));
+        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
         let zero = L::splat(0.0);
-        let inside = L::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
+        let mut inside = if CAREFUL {
+            let (ex, _) = extents::<L>([xa, xb, xc], [ya, yb, yc], [za, zb, zc]);
+            let slack = ex.mul(L::splat(EDGE_ERROR));
+            L::or(zero.sub(slack).le(least), most.le(slack))
+        } else {
+            L::or(zero.le(least), most.le(zero))
+        };
         let det = u.add(v).add(w);
-        let inside = L::and(inside, det.ne(zero));
-        if L::bits(inside) == 0 {
-            return (0, BlockHits { t: zero, v, w, det });
+        if !CAREFUL {
+            inside = L::and(inside, det.ne(zero));
         }
-        let t = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.shear[2]).div(det);
-        let within = L::and(self.tmin.lt(t), t.le(last));
-        (L::bits(L::and(inside, within)), BlockHits { t, v, w, det })
+        if L::bits(inside) == 0 {
+            return 0;
+        }
+        let depth = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.shear[2]).div(det);
+        let (ex, z) = extents::<L>([xa, xb, xc], [ya, yb, yc], [za, zb, zc]);
+        let error = ex.mul(L::splat(DEPTH_ERROR)).div(det.abs()).add(L::splat(DEPTH_ROUNDING));
+        let error = error.mul(z).mul(self.scale);
+        // `max` and `min` keep their second argument where a number is NaN: what is not known counts.
+        let first = depth.sub(error).max(L::splat(f32::NEG_INFINITY));
+        let end = depth.add(error).min(L::splat(f32::INFINITY));
+        L::bits(L::and(inside, L::and(first.le(last), self.tmin.le(end))))
     }
 }
 
-/// Results of a block test, lane by lane.
-struct BlockHits<L> {
-    t: L,
-    v: L,
-    w: L,
-    det: L,
+/// E·X and Z of eight sheared triangles: X and Z are the largest magnitudes across and along the ray, and
+/// E = X + Z bounds the coordinates before the shear.
+#[inline(always)]
+fn extents<L: Lanes>(x: [L; 3], y: [L; 3], z: [L; 3]) -> (L, L) {
+    let across = x[0].abs().max(x[1].abs()).max(x[2].abs());
+    let across = across.max(y[0].abs().max(y[1].abs()).max(y[2].abs()));
+    let along = z[0].abs().max(z[1].abs()).max(z[2].abs());
+    (across.add(along).mul(across), along)
 }
+
+/// The lanes cannot tell: the ray passes an edge within rounding, and only a walk that takes error bounds of
+/// edge functions into account finds what it meets.
+pub(super) struct Doubt;
 
 /// Best hit so far.
 struct Best {
-    t: f32,
-    prim: u32,
-    b: (f32, f32),
+    /// Largest f32 that a hit must not exceed to be better or equal.
+    last: f32,
+    /// t without its last bits.
+    key: f64,
+    hit: Hit,
 }
 
 impl Best {
+    /// Equal for values of t that agree to 2⁻³⁶: coincident surfaces are told apart by their ids.
     #[inline(always)]
-    fn offer(&mut self, t: f32, prim: u32, b: impl FnOnce() -> (f32, f32)) {
-        if t < self.t || (t == self.t && prim < self.prim) {
-            *self = Best { t, prim, b: b() };
+    fn key(t: f64) -> f64 {
+        f64::from_bits(t.to_bits() & !0xffff)
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, hit: Hit) {
+        let key = Self::key(hit.t);
+        if key < self.key || (key == self.key && hit.prim < self.hit.prim) {
+            *self = Best { last: (hit.t as f32).next_up(), key, hit };
         }
     }
 }
@@ -261,19 +314,24 @@ impl Tree {
 
 /// Closest hit.
 #[inline(always)]
-pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<Hit> {
-    let setup = Setup::<L>::new(ray, extent)?;
-    let mut current = tree.root?;
-    let mut best = Best { t: setup.last, prim: u32::MAX, b: (0.0, 0.0) };
+pub(super) fn closest<L: Lanes, const CAREFUL: bool>(
+    tree: &Tree,
+    ray: &Ray,
+) -> Result<Option<Hit>, Doubt> {
+    let ray64 = Ray64::new(ray.o, ray.d);
+    let Some(setup) = Setup::<L>::new(ray, &ray64) else { return Ok(None) };
+    let Some(mut current) = tree.root else { return Ok(None) };
+    let none = Hit { t: f64::INFINITY, prim: u32::MAX, b1: 0.0, b2: 0.0 };
+    let mut best = Best { last: ray.tmax, key: f64::INFINITY, hit: none };
     let places = Places::new(tree);
     let mut slots: Slots<u64> = [const { MaybeUninit::uninit() }; STACK];
     let mut len = 0;
     'walk: loop {
         while !current.is_leaf() {
             let node = tree.node(current);
-            let (mut bits, near) = setup.enter(node, L::splat(best.t));
+            let (mut bits, near) = setup.enter(node, L::splat(best.last));
             if bits == 0 {
-                match pop(&slots, &mut len, best.t) {
+                match pop(&slots, &mut len, best.last) {
                     Some(c) => current = c,
                     None => break 'walk,
                 }
@@ -321,38 +379,38 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> Option<H
         }
         if current.is_analytic() {
             let (first, count) = current.analytic_range();
-            let ray = Ray64::new(ray.o, ray.d);
             for a in &tree.analytic[first..first + count] {
-                if let Some((t, x, y)) = a.intersect(&ray, setup.tmin_scalar, best.t) {
-                    best.offer(t, a.prim, || (x, y));
+                let (tmin, tmax) = setup.exact.interval();
+                if let Some((t, b1, b2)) = a.intersect(&ray64, tmin, tmax) {
+                    best.offer(Hit { t, prim: a.prim, b1, b2 });
                 }
             }
         } else {
             let (first, count) = current.block_range();
             for i in first..first + count {
                 let block = tree.block(i);
-                let (mut bits, h) = setup.hits(block, L::splat(best.t));
-                if bits != 0 {
-                    let (t, v, w, det) = (h.t.store(), h.v.store(), h.w.store(), h.det.store());
-                    while bits != 0 {
-                        let i = bits.trailing_zeros() as usize & 7;
-                        best.offer(t[i], block.prim[i], || (v[i] / det[i], w[i] / det[i]));
-                        bits &= bits - 1;
+                let mut bits = setup.candidates::<CAREFUL>(block, L::splat(best.last));
+                while bits != 0 {
+                    let lane = bits.trailing_zeros() as usize & 7;
+                    bits &= bits - 1;
+                    match setup.exact.meet(block, lane) {
+                        Some((t, b1, b2)) => {
+                            if setup.exact.contains(t) {
+                                best.offer(Hit { t, prim: block.prim[lane], b1, b2 });
+                            }
+                        }
+                        None if CAREFUL => {}
+                        None => return Err(Doubt),
                     }
                 }
             }
         }
-        match pop(&slots, &mut len, best.t) {
+        match pop(&slots, &mut len, best.last) {
             Some(c) => current = c,
             None => break,
         }
     }
-    (best.prim != u32::MAX).then_some(Hit {
-        t: best.t,
-        prim: best.prim,
-        b1: best.b.0,
-        b2: best.b.1,
-    })
+    Ok((best.hit.prim != u32::MAX).then_some(best.hit))
 }
 
 /// Stack entry of the child in slot `i` of a node, whose memory is fetched ahead.
@@ -376,31 +434,48 @@ fn pop(slots: &Slots<u64>, len: &mut usize, last: f32) -> Option<Child> {
     None
 }
 
-/// Whether anything is hit.
+/// Whether anything is hit but the triangles `skip`. `exact` is the ray before its direction was rounded.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> bool {
-    let Some(setup) = Setup::<L>::new(ray, extent) else { return false };
-    let Some(mut current) = tree.root else { return false };
-    let last = L::splat(setup.last);
+pub(super) fn occluded<L: Lanes, const CAREFUL: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    exact: &Ray64,
+    skip: [u32; 2],
+) -> Result<bool, Doubt> {
+    let Some(setup) = Setup::<L>::new(ray, exact) else { return Ok(false) };
+    let Some(mut current) = tree.root else { return Ok(false) };
+    let last = L::splat(ray.tmax);
     let places = Places::new(tree);
     let mut slots: Slots<u32> = [const { MaybeUninit::uninit() }; STACK];
     let mut len = 0;
+    let mut doubt = false;
     loop {
         if current.is_leaf() {
             if current.is_analytic() {
                 let (first, count) = current.analytic_range();
-                let ray = Ray64::new(ray.o, ray.d);
+                let (tmin, tmax) = setup.exact.interval();
                 let hit = tree.analytic[first..first + count]
                     .iter()
-                    .any(|a| a.intersect(&ray, setup.tmin_scalar, setup.last).is_some());
+                    .any(|a| a.intersect(exact, tmin, tmax).is_some());
                 if hit {
-                    return true;
+                    return Ok(true);
                 }
             } else {
                 let (first, count) = current.block_range();
                 for i in first..first + count {
-                    if setup.hits(tree.block(i), last).0 != 0 {
-                        return true;
+                    let block = tree.block(i);
+                    let mut bits = setup.candidates::<CAREFUL>(block, last);
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize & 7;
+                        bits &= bits - 1;
+                        if skip.contains(&block.prim[lane]) {
+                            continue;
+                        }
+                        match setup.exact.meet(block, lane) {
+                            Some((t, ..)) if setup.exact.contains(t) => return Ok(true),
+                            Some(_) => {}
+                            None => doubt = !CAREFUL,
+                        }
                     }
                 }
             }
@@ -422,7 +497,7 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, extent: f32, ray: &Ray) -> bool {
             }
         }
         if len == 0 {
-            return false;
+            return if doubt { Err(Doubt) } else { Ok(false) };
         }
         current = Child(slot(&slots, len, len - 1));
         len -= 1;

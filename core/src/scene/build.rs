@@ -6,7 +6,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 use super::check::{check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
-use super::{NO_EMITTER, Normalisation, Scene, SceneError};
+use super::warnings::Sizes;
+use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::description::*;
@@ -15,7 +16,7 @@ use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::sensor::Sensor;
 
 impl Scene {
-    /// Builds a scene: checks every value, normalises to the unit sphere, builds the tree.
+    /// Builds a scene: checks every value, normalises, builds the tree.
     ///
     /// # Errors
     /// One error that names the shape, material, emitter, sensor or film value that is out of range.
@@ -31,9 +32,9 @@ impl Scene {
         for s in &description.shapes {
             check_shape(s, materials.len())?;
         }
-        let normalisation = normalise(description)?;
-        let sensor = Sensor::new(&description.sensor, &description.film, normalisation)?;
-        let mut builder = Builder { normalisation, ..Builder::default() };
+        let (normalisation, ball, start) = normalise(description)?;
+        let sensor = Sensor::new(&description.sensor, &description.film, normalisation, start)?;
+        let mut builder = Builder { normalisation, ball, ..Builder::default() };
         for s in &description.shapes {
             builder.add(s)?;
         }
@@ -42,81 +43,106 @@ impl Scene {
             builder.add_emitter(index, e)?;
         }
         let Builder { primitives, shapes, prim_shape, emitters, power, .. } = builder;
-        let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
+        let sizes = Sizes::of(description, normalisation);
+        let warnings = sizes.warnings(&sensor, &emitters, &ball);
+        let accel = Accel::build_for(primitives, sizes.smallest())
+            .map_err(|e| SceneError::Geometry(e.to_string()))?;
         Ok(Scene {
             accel,
             shapes,
             prim_shape,
             materials,
-            emitters: Emitters::new(emitters, &power),
+            emitters: Emitters::new(emitters, &power, ball),
             sensor,
             film: description.film,
             normalisation,
+            warnings,
         })
     }
 }
 
-/// Bounding sphere of shapes, point emitters and the lens.
-fn normalise(description: &SceneDescription) -> Result<Normalisation, SceneError> {
-    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut grow = |p: DVec3| {
-        lo = lo.min(p);
-        hi = hi.max(p);
+/// Scale and shift by what surfaces occupy, the ball that beams must cover, and the ball from whose border far cameras look.
+fn normalise(
+    description: &SceneDescription,
+) -> Result<(Normalisation, Ball, Option<Ball>), SceneError> {
+    let surfaces = |f: &mut dyn FnMut(DVec3, f64)| {
+        for s in &description.shapes {
+            for_each_bound(s, &mut *f);
+        }
     };
-    for_each_bound(description, |p, r| {
-        grow(p - DVec3::splat(r));
-        grow(p + DVec3::splat(r));
-    });
-    let center = (lo + hi) * 0.5;
-    let mut radius = 0.0_f64;
-    for_each_bound(description, |p, r| radius = radius.max((p - center).length() + r));
+    let camera = description.sensor.to_world.translation;
+    let (center, radius) = bounding_ball(surfaces).unwrap_or((camera, 0.0));
     if !center.is_finite() || !radius.is_finite() {
-        return Err(SceneError::Sensor {
-            problem: "the extent of scene and sensor is not finite".into(),
-        });
+        return Err(SceneError::Geometry("the extent of the surfaces is not finite".into()));
     }
-    let radius = if radius > 0.0 { radius } else { 1.0 };
-    Ok(Normalisation { center, scale: 1.0 / radius })
+    // Only along axes on which the surfaces are farther from the origin than from each other: there a difference of two f32
+    // is exact, and elsewhere the origin stays where the author's details are.
+    let shift = |x: f64| if x.abs() >= 3.0 * radius { f64::from(x as f32) } else { 0.0 };
+    let center_shift = DVec3::new(shift(center.x), shift(center.y), shift(center.z));
+    let exponent = if radius > 0.0 { radius.log2().ceil().clamp(-1000.0, 1000.0) } else { 0.0 };
+    let normalisation = Normalisation { center: center_shift, scale: (-exponent).exp2() };
+    let normalised = |(c, r): (DVec3, f64)| Ball {
+        center: ((c - center_shift) * normalisation.scale).as_vec3(),
+        radius: (r * normalisation.scale * 1.0001) as f32,
+    };
+    let start = (!description.shapes.is_empty()).then(|| normalised((center, radius)));
+    let lens = description.sensor.aperture_radius;
+    let covered = bounding_ball(|f| {
+        surfaces(&mut *f);
+        if lens > 0.0 {
+            f(camera, lens);
+        }
+    });
+    let ball = normalised(covered.unwrap_or((camera, 1.0)));
+    Ok((normalisation, ball, start))
 }
 
-/// Calls `f` with balls whose union holds every finite vertex.
-fn for_each_bound(description: &SceneDescription, mut f: impl FnMut(DVec3, f64)) {
-    f(description.sensor.to_world.translation, description.sensor.aperture_radius);
-    for e in &description.emitters {
-        if let EmitterDescription::Point { position, .. } = e {
-            f(*position, 0.0);
-        }
+/// Centre and radius of a ball about the balls that `each` calls its argument with; `None` where there are none.
+fn bounding_ball(each: impl Fn(&mut dyn FnMut(DVec3, f64))) -> Option<(DVec3, f64)> {
+    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    each(&mut |p, r| {
+        lo = lo.min(p - DVec3::splat(r));
+        hi = hi.max(p + DVec3::splat(r));
+    });
+    if lo.x > hi.x {
+        return None;
     }
-    for s in &description.shapes {
-        let t = &s.to_world;
-        match &s.geometry {
-            ShapeGeometry::Mesh(mesh) => {
-                for p in &mesh.positions {
-                    f(t.transform_point3(position(p)), 0.0);
-                }
+    let center = (lo + hi) * 0.5;
+    let mut radius = 0.0_f64;
+    each(&mut |p, r| radius = radius.max((p - center).length() + r));
+    Some((center, radius))
+}
+
+/// Calls `f` with balls whose union holds the shape.
+pub(super) fn for_each_bound(s: &ShapeDescription, f: &mut dyn FnMut(DVec3, f64)) {
+    let t = &s.to_world;
+    match &s.geometry {
+        ShapeGeometry::Mesh(mesh) => {
+            for p in &mesh.positions {
+                f(t.transform_point3(position(p)), 0.0);
             }
-            ShapeGeometry::Rectangle => {
-                for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-                    f(t.transform_point3(DVec3::new(x, y, 0.0)), 0.0);
-                }
+        }
+        ShapeGeometry::Rectangle => {
+            for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                f(t.transform_point3(DVec3::new(x, y, 0.0)), 0.0);
             }
-            ShapeGeometry::Cube => {
-                for corner in 0..8 {
-                    f(t.transform_point3(cube_corner(corner)), 0.0);
-                }
+        }
+        ShapeGeometry::Cube => {
+            for corner in 0..8 {
+                f(t.transform_point3(cube_corner(corner)), 0.0);
             }
-            ShapeGeometry::Sphere { center, radius } => {
-                f(t.transform_point3(*center), radius * t.matrix3.x_axis.length());
-            }
-            ShapeGeometry::Disk => {
-                let r = t.matrix3.x_axis.length().max(t.matrix3.y_axis.length());
-                f(t.translation, r);
-            }
-            ShapeGeometry::Cylinder { p0, p1, radius } => {
-                let r = radius * cylinder_scale(&t.matrix3, *p1 - *p0);
-                f(t.transform_point3(*p0), r);
-                f(t.transform_point3(*p1), r);
-            }
+        }
+        ShapeGeometry::Sphere { center, radius } => {
+            f(t.transform_point3(*center), radius * t.matrix3.x_axis.length());
+        }
+        ShapeGeometry::Disk => {
+            let r = t.matrix3.x_axis.length().max(t.matrix3.y_axis.length());
+            f(t.translation, r);
+        }
+        ShapeGeometry::Cylinder { p0, p1, radius } => {
+            let r = radius * cylinder_scale(&t.matrix3, *p1 - *p0);
+            f(t.transform_point3(*p0), r);
+            f(t.transform_point3(*p1), r);
         }
     }
 }
@@ -147,6 +173,7 @@ const CUBE_FACES: [[usize; 4]; 6] = [
 #[derive(Default)]
 struct Builder {
     normalisation: Normalisation,
+    ball: Ball,
     primitives: Primitives,
     shapes: Vec<Shape>,
     prim_shape: Vec<u32>,
@@ -157,6 +184,12 @@ struct Builder {
 impl Default for Normalisation {
     fn default() -> Self {
         Normalisation { center: DVec3::ZERO, scale: 1.0 }
+    }
+}
+
+impl Default for Ball {
+    fn default() -> Self {
+        Ball { center: Vec3::ZERO, radius: 1.0 }
     }
 }
 
@@ -345,7 +378,7 @@ impl Builder {
         let bad = |problem: &str| Err(SceneError::Emitter { index, problem: problem.into() });
         let scale = self.normalisation.scale;
         let colour_ok = |c: Rgb| c.is_finite() && c.r >= 0.0 && c.g >= 0.0 && c.b >= 0.0;
-        let disk = PI * (super::SCENE_RADIUS as f64).powi(2);
+        let disk = PI * (self.ball.radius as f64).powi(2);
         let (emitter, power) = match *e {
             EmitterDescription::Point { position, intensity } => {
                 if !position.is_finite() || !colour_ok(intensity) {

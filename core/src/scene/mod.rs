@@ -1,4 +1,4 @@
-//! The built scene: normalised to the unit sphere, traversable, with its emitters and its sensor.
+//! The built scene: scaled to the unit sphere, traversable, with its emitters and its sensor.
 
 mod build;
 mod chart;
@@ -7,6 +7,7 @@ mod curvature;
 mod inverse;
 mod shape;
 mod surface;
+mod warnings;
 
 pub use chart::Chart;
 pub use shape::Shape;
@@ -26,11 +27,14 @@ use crate::path::Vertex;
 use crate::sensor::Sensor;
 
 /// World → normalised: x' = (x − center)·scale. Radiance, irradiance and angles do not change; radiant intensity scales by scale².
+///
+/// Both steps are exact for coordinates that are f32: the scale is a power of two, and the shift is 0 along each axis on
+/// which the surfaces are not farther from the origin than from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normalisation {
-    /// Centre of the bounding sphere in world units.
+    /// World coordinates of the normalised scene's origin.
     pub center: DVec3,
-    /// 1 / radius of the bounding sphere.
+    /// Power of two that brings the radius of the surfaces to between ½ and 1.
     pub scale: f64,
 }
 
@@ -90,10 +94,17 @@ pub struct Scene {
     sensor: Sensor,
     film: FilmDescription,
     normalisation: Normalisation,
+    warnings: Vec<String>,
 }
 
-/// Radius of the sphere about the origin that holds every finite vertex: 1 with room for rounding.
-pub const SCENE_RADIUS: f32 = 1.0001;
+/// A ball that holds every surface and the lens, if it has an area: what beams from infinity cover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Centre in the normalised scene.
+    pub center: Vec3,
+    /// Radius in the normalised scene, with room for rounding.
+    pub radius: f32,
+}
 
 impl Scene {
     /// Film size, crop and filter that the scene asks for.
@@ -119,6 +130,18 @@ impl Scene {
     /// How world units were normalised.
     pub fn normalisation(&self) -> Normalisation {
         self.normalisation
+    }
+
+    /// What cannot come out right in this scene because its numbers are too far apart for f32: one sentence each, with the
+    /// name of the shape or sensor and the ratio. Empty for most scenes.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// What beams from infinity cover.
+    #[inline]
+    pub fn ball(&self) -> &Ball {
+        self.emitters.ball()
     }
 
     /// The tree.
@@ -148,19 +171,16 @@ impl Scene {
     #[inline]
     pub fn visible(&self, x: &Vertex, y: &Vertex) -> bool {
         count_ray();
-        let ray = match (x.position(), y.position()) {
-            (Some(px), Some(py)) => geometry::segment(leave(x, px, py - px), leave(y, py, px - py)),
-            (Some(p), None) => {
-                let d = y.direction_from(p);
-                Ray::new(leave(x, p, d), d)
+        let (d, from, p) = match (x.position(), y.position()) {
+            (Some(px), Some(py)) => {
+                let (p, q) = (leave(x, px, py - px), leave(y, py, px - py));
+                return !self.accel.hides(p, q, [triangle(x), triangle(y)]);
             }
-            (None, Some(p)) => {
-                let d = x.direction_from(p);
-                Ray::new(leave(y, p, d), d)
-            }
+            (Some(p), None) => (y.direction_from(p), x, p),
+            (None, Some(p)) => (x.direction_from(p), y, p),
             (None, None) => return false,
         };
-        !self.accel.occluded(&ray)
+        !self.accel.occluded_from(&Ray::new(leave(from, p, d), d), triangle(from))
     }
 
     /// Radiance that a surface point emits in direction `d`: one-sided, on the side of n_g.
@@ -175,13 +195,13 @@ impl Scene {
 
     pub(crate) fn surface_point(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
         let p = self.accel.position(hit, ray);
-        self.complete(hit.prim, hit.b1, hit.b2, p)
+        self.complete(hit.prim, hit.b1 as f32, hit.b2 as f32, p)
     }
 
     pub(crate) fn area_sample_point(&self, sample: AreaSample) -> SurfacePoint {
         match sample {
             AreaSample::Flat { prim, b1, b2 } => {
-                let hit = Hit { t: 0.0, prim, b1, b2 };
+                let hit = Hit { t: 0.0, prim, b1: b1.into(), b2: b2.into() };
                 // Triangles and disks ignore the ray.
                 let p = self.accel.position(&hit, &Ray::new(Vec3::ZERO, Vec3::Z));
                 self.complete(prim, b1, b2, p)
@@ -205,7 +225,9 @@ impl Scene {
         let (n_g, n_s, dp_du) = match &shape.kind {
             ShapeKind::Mesh(mesh) => {
                 let [v0, v1, v2] = self.accel.primitives().triangles[prim as usize];
-                let n_g = (v1 - v0).cross(v2 - v0).normalize();
+                // In f64: the cross product of a sliver is a small difference.
+                let (e, f) = (v1.as_dvec3() - v0.as_dvec3(), v2.as_dvec3() - v0.as_dvec3());
+                let n_g = e.cross(f).normalize().as_vec3();
                 let [i0, i1, i2] = mesh.triangles[local].map(|i| i as usize);
                 let n_s = if mesh.normals.is_empty() {
                     n_g
@@ -253,13 +275,19 @@ impl Scene {
             p,
             n_g,
             frame,
-            error: self.accel.error_bound(prim, p),
+            error: self.accel.error_along(prim, p, n_g),
             shape: shape_index,
             prim,
             material: shape.material,
             emitter: shape.emitter,
         }
     }
+}
+
+/// The primitive that a vertex lies on; not met again where it is a triangle.
+#[inline]
+fn triangle(vertex: &Vertex) -> u32 {
+    vertex.surface().map_or(geometry::NO_PRIM, |s| s.prim)
 }
 
 /// Where a segment leaves a vertex: surfaces push the origin off to the side of `d`.

@@ -19,7 +19,8 @@ pub struct SurfacePoint {
     pub n_g: Vec3,
     /// Shading frame; its `n` is n_s.
     pub frame: Frame,
-    /// Bound on the distance between `p` and the exact surface.
+    /// Bound on the distance between `p` and the exact surface; it depends on the coordinates of `p` and the size of
+    /// the primitive alone, not on what else is in the scene.
     pub error: f32,
     /// Index of the shape.
     pub shape: u32,

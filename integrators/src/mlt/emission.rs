@@ -4,7 +4,6 @@ use glam::{DVec3, Vec2, Vec3};
 use pathspace_core::Scene;
 use pathspace_core::math::{Frame, Ray, warp};
 use pathspace_core::path::Vertex;
-use pathspace_core::scene::SCENE_RADIUS;
 
 /// x₀ for a ray that left the scene in direction `d`; `None` without an environment.
 pub(super) fn background(scene: &Scene, d: Vec3) -> Option<Vertex> {
@@ -13,7 +12,7 @@ pub(super) fn background(scene: &Scene, d: Vec3) -> Option<Vertex> {
 }
 
 /// The ray of a light subpath that leaves a given x₀, distributed as that of [`Scene::sample_emission`] given its x₀.
-pub(super) fn ray_from(x0: &Vertex, u: [f32; 2]) -> Option<Ray> {
+pub(super) fn ray_from(scene: &Scene, x0: &Vertex, u: [f32; 2]) -> Option<Ray> {
     Some(match x0 {
         Vertex::Surface(point) => {
             let local = warp::cosine_hemisphere(u);
@@ -22,19 +21,21 @@ pub(super) fn ray_from(x0: &Vertex, u: [f32; 2]) -> Option<Ray> {
         Vertex::PointEmitter { p, .. } => Ray::new(*p, warp::uniform_sphere(u)),
         Vertex::InfiniteEmitter { to, .. } => {
             let frame = Frame::from_normal(*to);
-            let disk = warp::concentric_disk(u) * SCENE_RADIUS;
-            beam_ray(*to, frame.s * disk.x + frame.t * disk.y)
+            let disk = warp::concentric_disk(u) * scene.ball().radius;
+            let middle = across(*to, scene.ball().center).as_vec3();
+            beam_ray(scene, *to, middle + frame.s * disk.x + frame.t * disk.y)
         }
         Vertex::Sensor { .. } => return None,
     })
 }
 
-/// The ray of a parallel beam from direction `to` at `across` from the centre of the scene.
-pub(super) fn beam_ray(to: Vec3, across: Vec3) -> Ray {
-    Ray::new(to * (2.0 * SCENE_RADIUS) + across, -to)
+/// The ray of a parallel beam from direction `to` at `across` from the origin.
+pub(super) fn beam_ray(scene: &Scene, to: Vec3, across: Vec3) -> Ray {
+    let ball = scene.ball();
+    Ray::new(to * (to.dot(ball.center) + 2.0 * ball.radius) + across, -to)
 }
 
-/// Where a beam from `to` crosses the plane through the centre of the scene, moved by `offset`, for the beam that meets `p`.
+/// Where a beam from `to` crosses the plane through the origin, moved by `offset`, for the beam that meets `p`.
 pub(super) fn moved_across(to: Vec3, p: Vec3, offset: Vec2) -> Vec3 {
     let frame = Frame::from_normal(to);
     across(to, p).as_vec3() + frame.s * offset.x + frame.t * offset.y

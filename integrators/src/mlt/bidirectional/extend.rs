@@ -104,7 +104,7 @@ fn extend_light(
         let ray = match light.as_slice() {
             [x0] => match first {
                 Some(ray) => ray,
-                None => emission::ray_from(x0, u.next2())?,
+                None => emission::ray_from(scene, x0, u.next2())?,
             },
             [.., before, Vertex::Surface(point)] => {
                 let from = before.direction_from(point.p);
