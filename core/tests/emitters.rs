@@ -9,7 +9,6 @@ use pathspace_core::emitter::NextDensity;
 use pathspace_core::math::{Frame, Ray};
 use pathspace_core::measure::{Edge, End};
 use pathspace_core::path::Vertex;
-use pathspace_core::scene::SCENE_RADIUS;
 use pathspace_core::{Rgb, Scene};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -295,7 +294,8 @@ fn beams_cover_the_disk_across_the_scene_uniformly() {
     let mut outcomes = Vec::new();
     for (i, (name, emitter)) in [("sun", sun), ("sky", sky)].into_iter().enumerate() {
         let scene = emitters(None, vec![emitter]);
-        let r2 = (SCENE_RADIUS as f64).powi(2);
+        let (radius, center) = (scene.ball().radius, scene.ball().center);
+        let r2 = (radius as f64).powi(2);
         // Points of the disk by (r², φ), as directions are by (z, φ): Lambert's equal-area map.
         let sample = |r: &mut Pcg64Mcg| {
             let u = (r.random(), [r.random(), r.random()], [r.random(), r.random()]);
@@ -304,8 +304,9 @@ fn beams_cover_the_disk_across_the_scene_uniformly() {
             if name == "sun" {
                 assert!((d - toward.normalize().as_vec3()).length() < 1e-6);
             }
-            assert!(s.ray.o.dot(-d) > SCENE_RADIUS, "the ray starts inside the scene");
-            let across = s.ray.o - d * s.ray.o.dot(d);
+            let o = s.ray.o - center;
+            assert!(o.dot(-d) > radius, "the ray starts inside the scene");
+            let across = o - d * o.dot(d);
             let local = Frame::from_normal(d).to_local(across);
             let z = 1.0 - across.length_squared() as f64 / r2;
             let NextDensity::Across(p) = s.next else { panic!("a beam") };
@@ -328,7 +329,7 @@ fn emitters_are_picked_by_power() {
     let dark = EmitterDescription::Point { position: DVec3::ZERO, intensity: Rgb::BLACK };
     let scene = emitters(Some((&sphere, DAffine3::IDENTITY, false)), vec![lamp(), dark, sun, sky]);
     let scale = scene.normalisation().scale;
-    let disk = PI * (SCENE_RADIUS as f64).powi(2);
+    let disk = PI * (scene.ball().radius as f64).powi(2);
     // Mean over the channels, in the normalised scene.
     let power = [
         2.0 * PI * 4.0 * PI * (0.5 * scale).powi(2),

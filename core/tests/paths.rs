@@ -14,7 +14,6 @@ use pathspace_core::path::{
     Origin, Path, Technique, Vertex, WalkClass, WalkRules, contribution, families, ln_density,
     samplable,
 };
-use pathspace_core::scene::SCENE_RADIUS;
 use pathspace_core::{Rgb, Scene};
 
 use crate::emitters::inside;
@@ -159,7 +158,7 @@ fn by_hand(scene: &Scene, emitter: u32, path: &Path) -> ByHand {
     let mass = scene.emitters().mass(emitter).value();
     let r = LAMP_RADIUS * scale;
     let area = 4.0 * PI * r * r;
-    let beam = 1.0 / (PI * (SCENE_RADIUS as f64).powi(2));
+    let beam = 1.0 / (PI * (scene.ball().radius as f64).powi(2));
     // Density of x₀, of x₁ from it, of x₀ by next-event estimation and from the floor, and L_e G.
     let (x0, x1, direct, hit, start) = match emitter {
         AREA => {
@@ -428,7 +427,7 @@ fn a_light_walk_begins_with_the_power_of_its_emitter() {
     let scene = scene(0.0);
     let scale = scene.normalisation().scale;
     let r = LAMP_RADIUS * scale;
-    let disk = PI * (SCENE_RADIUS as f64).powi(2);
+    let disk = PI * (scene.ball().radius as f64).powi(2);
     for emitter in [AREA, SPOT, SUN, SKY] {
         let pick = scene.emitters().invert_pick(emitter, 0.5).unwrap();
         let mut sample = scene.sample_emission(pick, [0.3, 0.6], [0.2, 0.7]).unwrap();

@@ -34,7 +34,8 @@ pub(super) struct Prepared {
     pub(super) spp: Option<u32>,
 }
 
-/// Reads, adjusts and builds the scene. Notes of the reader that may change the image go to stderr; the others too where asked for.
+/// Reads, adjusts and builds the scene. Notes of the reader that may change the image and warnings of
+/// the scene go to stderr; other notes too where asked for.
 pub(super) fn prepare(args: &SceneArgs, verbose: bool) -> Result<Prepared> {
     prepare_with(args, verbose, false)
 }
@@ -60,6 +61,9 @@ pub(super) fn prepare_with(args: &SceneArgs, verbose: bool, box_filter: bool) ->
     }
     tell_empty(&args.scene, &loaded.description);
     let scene = Scene::new(&loaded.description).map_err(|e| anyhow!("{}: {e}", args.scene))?;
+    for warning in scene.warnings() {
+        say(&format!("warning: {}: {warning}", args.scene));
+    }
     let file = loaded.defaults;
     let max_length = match args.max_depth {
         None => file.max_depth,

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 
-use super::cone::Cone;
 use super::Emitter;
+use super::cone::Cone;
 use crate::color::Rgb;
 use crate::math::{Frame, Ray, warp};
 use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
@@ -202,7 +202,9 @@ impl Scene {
                 (cos > 0.0).then(|| NextDensity::Direction(Density::new(cos / PI)))
             }
             Vertex::PointEmitter { .. } => Some(NextDensity::Direction(Density::new(0.25 / PI))),
-            Vertex::InfiniteEmitter { .. } => Some(NextDensity::Across(self.emitters().beam_density())),
+            Vertex::InfiniteEmitter { .. } => {
+                Some(NextDensity::Across(self.emitters().beam_density()))
+            }
             Vertex::Sensor { .. } => None,
         }
     }

@@ -13,7 +13,7 @@ use super::primitives::{Bounded, PrimRef, Primitives, bounds};
 pub(super) fn build(prims: &Primitives) -> Tree {
     let bounded = bounds(prims);
     if bounded.is_empty() {
-        return Tree { root: None, nodes: vec![], blocks: vec![], analytic: vec![], depth: 0 };
+        return Tree::empty();
     }
     let tree = emit(&binary(&bounded), prims);
     let tree = if tree.depth > MAX_DEPTH { emit(&median(&bounded), prims) } else { tree };
@@ -32,7 +32,12 @@ fn binary(bounded: &[Bounded]) -> BinTree {
     let nodes = bvh
         .nodes
         .iter()
-        .map(|n| BinNode { min: [0.0; 3], max: [0.0; 3], first: n.first_index, count: n.prim_count })
+        .map(|n| BinNode {
+            min: [0.0; 3],
+            max: [0.0; 3],
+            first: n.first_index,
+            count: n.prim_count,
+        })
         .collect();
     let mut tree = BinTree { nodes, order: bvh.primitive_indices };
     tree.refit(|i| {
@@ -88,7 +93,7 @@ fn median(bounded: &[Bounded]) -> BinTree {
 /// Lays out the planned tree, nodes and leaves depth first.
 fn emit(bin: &BinTree, prims: &Primitives) -> Tree {
     let plan = Plan::new(bin, prims.triangles.len());
-    let mut out = Tree { root: None, nodes: vec![], blocks: vec![], analytic: vec![], depth: 0 };
+    let mut out = Tree::empty();
     let mut scratch = vec![];
     if plan.is_leaf(0) {
         out.root = Some(leaf(bin, 0, prims, &mut out, &mut scratch));

@@ -13,8 +13,8 @@ pub(super) struct Exact {
     axis: [usize; 3],
     /// Origin in these axes.
     o: [f64; 3],
-    /// Shear Sₓ, S_y and scale S_z.
-    shear: [f64; 3],
+    /// Direction in these axes.
+    d: [f64; 3],
     tmin: f64,
     tmax: f64,
 }
@@ -24,11 +24,10 @@ impl Exact {
     pub fn new(ray: &Ray64, axis: [usize; 3], tmin: f32, tmax: f32) -> Self {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
         let [x, y, z] = axis;
-        let scale = 1.0 / d[z];
         Exact {
             axis,
             o: [o[x], o[y], o[z]],
-            shear: [d[x] * scale, d[y] * scale, scale],
+            d: [d[x], d[y], d[z]],
             tmin: f64::from(tmin),
             tmax: f64::from(tmax),
         }
@@ -40,25 +39,25 @@ impl Exact {
         (self.tmin, self.tmax)
     }
 
-    /// Whether t counts.
     #[inline(always)]
-    pub fn contains(&self, t: f64) -> bool {
-        t > self.tmin && t < self.tmax
+    fn corner(&self, block: &Block, lane: usize, c: usize, s: (f64, f64)) -> (f64, f64, f64) {
+        let [kx, ky, kz] = self.axis;
+        let z = f64::from(block.rows[3 * c + kz][lane & 7]) - self.o[2];
+        let x = f64::from(block.rows[3 * c + kx][lane & 7]) - self.o[0];
+        let y = f64::from(block.rows[3 * c + ky][lane & 7]) - self.o[1];
+        (x - s.0 * z, y - s.1 * z, z)
     }
 
-    #[inline(always)]
-    fn corner(&self, block: &Block, lane: usize, c: usize) -> (f64, f64, f64) {
-        let [kx, ky, kz] = self.axis.map(|k| f64::from(block.rows[3 * c + k][lane & 7]));
-        let z = kz - self.o[2];
-        (kx - self.o[0] - self.shear[0] * z, ky - self.o[1] - self.shear[1] * z, z)
-    }
-
-    /// t and the weights of the corners 1 and 2 where the line of the ray meets the triangle, edges included.
+    /// t and the weights of the corners 1 and 2 where the ray meets the triangle, edges included; both ends of the
+    /// interval excluded.
     #[inline(always)]
     pub fn meet(&self, block: &Block, lane: usize) -> Option<(f64, f64, f64)> {
-        let (xa, ya, za) = self.corner(block, lane, 0);
-        let (xb, yb, zb) = self.corner(block, lane, 1);
-        let (xc, yc, zc) = self.corner(block, lane, 2);
+        // Shear and scale: here, since most walks need them once or never.
+        let scale = 1.0 / self.d[2];
+        let shear = (self.d[0] * scale, self.d[1] * scale);
+        let (xa, ya, za) = self.corner(block, lane, 0, shear);
+        let (xb, yb, zb) = self.corner(block, lane, 1, shear);
+        let (xc, yc, zc) = self.corner(block, lane, 2, shear);
         let u = xc * yb - yc * xb;
         let v = xa * yc - ya * xc;
         let w = xb * ya - yb * xa;
@@ -68,7 +67,7 @@ impl Exact {
             return None;
         }
         let inverse = 1.0 / det;
-        let t = (u * za + v * zb + w * zc) * self.shear[2] * inverse;
-        Some((t, v * inverse, w * inverse))
+        let t = (u * za + v * zb + w * zc) * scale * inverse;
+        (t > self.tmin && t < self.tmax).then_some((t, v * inverse, w * inverse))
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Both implementations perform the same IEEE 754 operation in each lane, rounding included, and
 //! treat NaN as the x86 instructions do: `max` and `min` return their second argument if either is
-//! NaN, comparisons with NaN are false but for `ne`.
+//! NaN, comparisons with NaN are false.
 
 /// Eight lanes.
 ///
@@ -25,9 +25,9 @@ pub(super) trait Lanes: Copy {
     /// `self < b ? self : b`
     fn min(self, b: Self) -> Self;
     fn le(self, b: Self) -> Self::Mask;
-    /// Different or NaN.
-    fn ne(self, b: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `a` but for the lanes where `ids` holds `id`.
+    fn without(a: Self::Mask, ids: &[u32; 8], id: u32) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i set where lane i is.
     fn bits(m: Self::Mask) -> u32;
@@ -103,12 +103,12 @@ impl Lanes for Portable {
         lanes!(|a, b| if a <= b { u32::MAX } else { 0 }; self.0, b.0)
     }
     #[inline(always)]
-    fn ne(self, b: Self) -> [u32; 8] {
-        lanes!(|a, b| if a != b { u32::MAX } else { 0 }; self.0, b.0)
-    }
-    #[inline(always)]
     fn and(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
         lanes!(|a, b| a & b; a, b)
+    }
+    #[inline(always)]
+    fn without(a: [u32; 8], ids: &[u32; 8], id: u32) -> [u32; 8] {
+        lanes!(|a, b| if b == id { 0 } else { a }; a, ids)
     }
     #[inline(always)]
     fn or(a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
@@ -203,14 +203,18 @@ mod avx2 {
             unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0) }
         }
         #[inline(always)]
-        fn ne(self, b: Self) -> __m256 {
-            // SAFETY: AVX2 is present, see the type.
-            unsafe { _mm256_cmp_ps::<_CMP_NEQ_UQ>(self.0, b.0) }
-        }
-        #[inline(always)]
         fn and(a: __m256, b: __m256) -> __m256 {
             // SAFETY: AVX2 is present, see the type.
             unsafe { _mm256_and_ps(a, b) }
+        }
+        #[inline(always)]
+        fn without(a: __m256, ids: &[u32; 8], id: u32) -> __m256 {
+            // SAFETY: AVX2 is present, and the reference covers the 32 bytes read.
+            unsafe {
+                let ids = _mm256_loadu_si256(ids.as_ptr().cast());
+                let same = _mm256_cmpeq_epi32(ids, _mm256_set1_epi32(id as i32));
+                _mm256_andnot_ps(_mm256_castsi256_ps(same), a)
+            }
         }
         #[inline(always)]
         fn or(a: __m256, b: __m256) -> __m256 {

@@ -94,6 +94,13 @@ pub(super) struct Tree {
     pub depth: usize,
 }
 
+impl Tree {
+    /// Without anything in it.
+    pub fn empty() -> Tree {
+        Tree { root: None, nodes: vec![], blocks: vec![], analytic: vec![], depth: 0 }
+    }
+}
+
 impl Node {
     pub const EMPTY: Node = Node {
         rows: [

@@ -48,7 +48,7 @@ mod offset;
 mod primitives;
 mod traverse;
 
-pub use accel::{Accel, Hit, NO_PRIM, Stats};
+pub use accel::{Accel, Hit, Stats};
 pub use offset::{offset_origin, segment};
 pub use primitives::{CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim};
 

@@ -137,13 +137,13 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
 
 /// How far from an edge a hit is, in errors of its position (2·2⁻²⁴ of its largest coordinate). A wall that meets
 /// the triangle there at an angle θ is then EDGE·sin θ errors away.
-const EDGE: f32 = 24.0;
+const EDGE: f32 = 32.0;
 
 /// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves far.
-const MAX_EDGE_SLIMNESS: f64 = 16.0;
+const MAX_EDGE_SLIMNESS: f64 = 64.0;
 
 /// Error of the intersection test in f64 near a primitive of size 1: some 2⁻⁴⁸, with reserve.
-const TEST_ERROR: f32 = 1.0 / (1_u64 << 43) as f32;
+const TEST_ERROR: f32 = 1.0 / (1_u64 << 46) as f32;
 
 /// Slivers beyond this ratio of L² to twice the area get no larger offset.
 const MAX_SLIMNESS: f64 = 65_536.0;
@@ -174,5 +174,5 @@ pub fn segment(p: Vec3, q: Vec3) -> Ray {
         .then_with(|| p.y.total_cmp(&q.y))
         .then_with(|| p.z.total_cmp(&q.z));
     let (o, e) = if order.is_le() { (p, q) } else { (q, p) };
-    Ray { o, d: e - o, tmin: 0.0, tmax: 1.0 }
+    Ray { tmax: 1.0, ..Ray::new(o, e - o) }
 }

@@ -144,12 +144,10 @@ impl<L: Lanes> Setup<L> {
         (x, y, z)
     }
 
-    /// Woop's test of eight triangles: lanes that may have a hit at `tmin` < t ≤ `last`.
-    ///
-    /// Edge functions are taken at their rounded signs, or with their error bounds where `CAREFUL`. Depths always
-    /// have their bounds: a lane is left out only where its t is surely outside.
+    /// Woop's test of eight triangles with error bounds: lanes that may have a hit at `tmin` < t ≤ `last`. A lane is
+    /// left out only where the ray surely passes it, meets it surely outside of the interval, or is to be skipped.
     #[inline(always)]
-    fn candidates<const CAREFUL: bool>(&self, block: &Block, last: L) -> u32 {
+    fn candidates(&self, block: &Block, last: L, skip: [u32; 2]) -> u32 {
         let (xa, ya, za) = self.shear(block, 0);
         let (xb, yb, zb) = self.shear(block, 1);
         let (xc, yc, zc) = self.shear(block, 2);
@@ -157,45 +155,29 @@ impl<L: Lanes> Setup<L> {
         let v = xa.mul(yc).sub(ya.mul(xc));
         let w = xb.mul(ya).sub(yb.mul(xa));
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-        let zero = L::splat(0.0);
-        let mut inside = if CAREFUL {
-            let (ex, _) = extents::<L>([xa, xb, xc], [ya, yb, yc], [za, zb, zc]);
-            let slack = ex.mul(L::splat(EDGE_ERROR));
-            L::or(zero.sub(slack).le(least), most.le(slack))
-        } else {
-            L::or(zero.le(least), most.le(zero))
-        };
-        let det = u.add(v).add(w);
-        if !CAREFUL {
-            inside = L::and(inside, det.ne(zero));
-        }
+        let across = xa.abs().max(xb.abs()).max(xc.abs());
+        let across = across.max(ya.abs().max(yb.abs()).max(yc.abs()));
+        let along = za.abs().max(zb.abs()).max(zc.abs());
+        let size = across.add(along).mul(across);
+        let slack = size.mul(L::splat(EDGE_ERROR));
+        let inside = L::or(L::splat(0.0).sub(slack).le(least), most.le(slack));
         if L::bits(inside) == 0 {
             return 0;
         }
-        let depth = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.shear[2]).div(det);
-        let (ex, z) = extents::<L>([xa, xb, xc], [ya, yb, yc], [za, zb, zc]);
-        let error = ex.mul(L::splat(DEPTH_ERROR)).div(det.abs()).add(L::splat(DEPTH_ROUNDING));
-        let error = error.mul(z).mul(self.scale);
+        let det = u.add(v).add(w);
+        let inverse = L::splat(1.0).div(det);
+        let depth = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(inverse).mul(self.shear[2]);
+        let error =
+            size.mul(L::splat(DEPTH_ERROR)).mul(inverse.abs()).add(L::splat(DEPTH_ROUNDING));
+        let error = error.mul(along).mul(self.scale);
         // `max` and `min` keep their second argument where a number is NaN: what is not known counts.
         let first = depth.sub(error).max(L::splat(f32::NEG_INFINITY));
         let end = depth.add(error).min(L::splat(f32::INFINITY));
-        L::bits(L::and(inside, L::and(first.le(last), self.tmin.le(end))))
+        let within = L::and(inside, L::and(first.le(last), self.tmin.le(end)));
+        // Here and not lane by lane: these are most of what is left, and a branch on them is mispredicted.
+        L::bits(L::without(L::without(within, &block.prim, skip[0]), &block.prim, skip[1]))
     }
 }
-
-/// E·X and Z of eight sheared triangles: X and Z are the largest magnitudes across and along the ray, and
-/// E = X + Z bounds the coordinates before the shear.
-#[inline(always)]
-fn extents<L: Lanes>(x: [L; 3], y: [L; 3], z: [L; 3]) -> (L, L) {
-    let across = x[0].abs().max(x[1].abs()).max(x[2].abs());
-    let across = across.max(y[0].abs().max(y[1].abs()).max(y[2].abs()));
-    let along = z[0].abs().max(z[1].abs()).max(z[2].abs());
-    (across.add(along).mul(across), along)
-}
-
-/// The lanes cannot tell: the ray passes an edge within rounding, and only a walk that takes error bounds of
-/// edge functions into account finds what it meets.
-pub(super) struct Doubt;
 
 /// Best hit so far.
 struct Best {
@@ -314,13 +296,10 @@ impl Tree {
 
 /// Closest hit.
 #[inline(always)]
-pub(super) fn closest<L: Lanes, const CAREFUL: bool>(
-    tree: &Tree,
-    ray: &Ray,
-) -> Result<Option<Hit>, Doubt> {
+pub(super) fn closest<L: Lanes>(tree: &Tree, ray: &Ray) -> Option<Hit> {
     let ray64 = Ray64::new(ray.o, ray.d);
-    let Some(setup) = Setup::<L>::new(ray, &ray64) else { return Ok(None) };
-    let Some(mut current) = tree.root else { return Ok(None) };
+    let setup = Setup::<L>::new(ray, &ray64)?;
+    let mut current = tree.root?;
     let none = Hit { t: f64::INFINITY, prim: u32::MAX, b1: 0.0, b2: 0.0 };
     let mut best = Best { last: ray.tmax, key: f64::INFINITY, hit: none };
     let places = Places::new(tree);
@@ -389,18 +368,12 @@ pub(super) fn closest<L: Lanes, const CAREFUL: bool>(
             let (first, count) = current.block_range();
             for i in first..first + count {
                 let block = tree.block(i);
-                let mut bits = setup.candidates::<CAREFUL>(block, L::splat(best.last));
+                let mut bits = setup.candidates(block, L::splat(best.last), [ray.from; 2]);
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize & 7;
                     bits &= bits - 1;
-                    match setup.exact.meet(block, lane) {
-                        Some((t, b1, b2)) => {
-                            if setup.exact.contains(t) {
-                                best.offer(Hit { t, prim: block.prim[lane], b1, b2 });
-                            }
-                        }
-                        None if CAREFUL => {}
-                        None => return Err(Doubt),
+                    if let Some((t, b1, b2)) = setup.exact.meet(block, lane) {
+                        best.offer(Hit { t, prim: block.prim[lane], b1, b2 });
                     }
                 }
             }
@@ -410,7 +383,7 @@ pub(super) fn closest<L: Lanes, const CAREFUL: bool>(
             None => break,
         }
     }
-    Ok((best.hit.prim != u32::MAX).then_some(best.hit))
+    (best.hit.prim != u32::MAX).then_some(best.hit)
 }
 
 /// Stack entry of the child in slot `i` of a node, whose memory is fetched ahead.
@@ -434,21 +407,15 @@ fn pop(slots: &Slots<u64>, len: &mut usize, last: f32) -> Option<Child> {
     None
 }
 
-/// Whether anything is hit but the triangles `skip`. `exact` is the ray before its direction was rounded.
+/// Whether anything is hit but the triangles `ray.from` and `to`. `exact` is the ray before its direction was rounded.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes, const CAREFUL: bool>(
-    tree: &Tree,
-    ray: &Ray,
-    exact: &Ray64,
-    skip: [u32; 2],
-) -> Result<bool, Doubt> {
-    let Some(setup) = Setup::<L>::new(ray, exact) else { return Ok(false) };
-    let Some(mut current) = tree.root else { return Ok(false) };
+pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32) -> bool {
+    let Some(setup) = Setup::<L>::new(ray, exact) else { return false };
+    let Some(mut current) = tree.root else { return false };
     let last = L::splat(ray.tmax);
     let places = Places::new(tree);
     let mut slots: Slots<u32> = [const { MaybeUninit::uninit() }; STACK];
     let mut len = 0;
-    let mut doubt = false;
     loop {
         if current.is_leaf() {
             if current.is_analytic() {
@@ -458,23 +425,18 @@ pub(super) fn occluded<L: Lanes, const CAREFUL: bool>(
                     .iter()
                     .any(|a| a.intersect(exact, tmin, tmax).is_some());
                 if hit {
-                    return Ok(true);
+                    return true;
                 }
             } else {
                 let (first, count) = current.block_range();
                 for i in first..first + count {
                     let block = tree.block(i);
-                    let mut bits = setup.candidates::<CAREFUL>(block, last);
+                    let mut bits = setup.candidates(block, last, [ray.from, to]);
                     while bits != 0 {
                         let lane = bits.trailing_zeros() as usize & 7;
                         bits &= bits - 1;
-                        if skip.contains(&block.prim[lane]) {
-                            continue;
-                        }
-                        match setup.exact.meet(block, lane) {
-                            Some((t, ..)) if setup.exact.contains(t) => return Ok(true),
-                            Some(_) => {}
-                            None => doubt = !CAREFUL,
+                        if setup.exact.meet(block, lane).is_some() {
+                            return true;
                         }
                     }
                 }
@@ -497,7 +459,7 @@ pub(super) fn occluded<L: Lanes, const CAREFUL: bool>(
             }
         }
         if len == 0 {
-            return if doubt { Err(Doubt) } else { Ok(false) };
+            return false;
         }
         current = Child(slot(&slots, len, len - 1));
         len -= 1;

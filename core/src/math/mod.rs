@@ -5,4 +5,4 @@ mod ray;
 pub mod warp;
 
 pub use frame::Frame;
-pub use ray::Ray;
+pub use ray::{NO_PRIM, Ray};

@@ -45,8 +45,7 @@ impl Scene {
         let Builder { primitives, shapes, prim_shape, emitters, power, .. } = builder;
         let sizes = Sizes::of(description, normalisation);
         let warnings = sizes.warnings(&sensor, &emitters, &ball);
-        let accel = Accel::build_for(primitives, sizes.smallest())
-            .map_err(|e| SceneError::Geometry(e.to_string()))?;
+        let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
         Ok(Scene {
             accel,
             shapes,

@@ -21,8 +21,8 @@ use crate::color::Rgb;
 use crate::description::FilmDescription;
 use crate::driver::count_ray;
 use crate::emitter::Emitters;
-use crate::geometry::{self, Accel, Hit, offset_origin};
-use crate::math::{Frame, Ray};
+use crate::geometry::{Accel, Hit, offset_origin};
+use crate::math::{Frame, NO_PRIM, Ray};
 use crate::path::Vertex;
 use crate::sensor::Sensor;
 
@@ -180,7 +180,7 @@ impl Scene {
             (None, Some(p)) => (x.direction_from(p), y, p),
             (None, None) => return false,
         };
-        !self.accel.occluded_from(&Ray::new(leave(from, p, d), d), triangle(from))
+        !self.accel.occluded(&Ray { from: triangle(from), ..Ray::new(leave(from, p, d), d) })
     }
 
     /// Radiance that a surface point emits in direction `d`: one-sided, on the side of n_g.
@@ -287,7 +287,7 @@ impl Scene {
 /// The primitive that a vertex lies on; not met again where it is a triangle.
 #[inline]
 fn triangle(vertex: &Vertex) -> u32 {
-    vertex.surface().map_or(geometry::NO_PRIM, |s| s.prim)
+    vertex.surface().map_or(NO_PRIM, |s| s.prim)
 }
 
 /// Where a segment leaves a vertex: surfaces push the origin off to the side of `d`.

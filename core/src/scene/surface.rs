@@ -46,10 +46,10 @@ impl SurfacePoint {
     }
 
     /// The unbounded ray that leaves in direction `d`, its origin moved off the surface to the side of `d` by the
-    /// error bound of the position.
+    /// error bound of the position. It does not meet its own triangle again.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        Ray::new(offset_origin(self.p, self.n_g, self.error, d), d)
+        Ray { from: self.prim, ..Ray::new(offset_origin(self.p, self.n_g, self.error, d), d) }
     }
 
     /// The unit direction in which [`SurfacePoint::spawn`] meets `next`: not quite the edge's own, because the ray starts beside the point. Without that, walks

@@ -47,12 +47,12 @@ impl<'a> Sizes<'a> {
         Sizes(shapes.collect())
     }
 
-    /// Width of the smallest shape.
-    pub(super) fn smallest(&self) -> f32 {
-        self.0.iter().map(|s| s.width).fold(f64::INFINITY, f64::min) as f32
-    }
-
-    pub(super) fn warnings(&self, sensor: &Sensor, emitters: &[Emitter], ball: &Ball) -> Vec<String> {
+    pub(super) fn warnings(
+        &self,
+        sensor: &Sensor,
+        emitters: &[Emitter],
+        ball: &Ball,
+    ) -> Vec<String> {
         let mut out = Vec::new();
         for s in &self.0 {
             let spacings = s.width / (s.place * SPACING);

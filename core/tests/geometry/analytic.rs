@@ -33,7 +33,7 @@ fn a_small_far_sphere_keeps_its_distance_to_an_ulp() {
     let a = spheres(vec![SpherePrim { center: Vec3::new(0.9, 0.0, 0.0), radius: 1e-5 }]);
     let hit = a.closest(&Ray::new(Vec3::new(-0.9, 0.0, 0.0), Vec3::X));
     let exact = 1.8 - 1e-5;
-    assert!(hit.is_some_and(|h| (f64::from(h.t) - exact).abs() < 2e-7), "{hit:?}");
+    assert!(hit.is_some_and(|h| (h.t - exact).abs() < 2e-7), "{hit:?}");
 }
 
 /// Two spheres 4·10⁻⁵ of the radius apart, as the walls of a thin shell.
@@ -99,7 +99,7 @@ fn hits_of_a_slanted_cylinder_lie_on_it_and_have_its_normal() {
         let across = from - unit * along;
         let off = (across.length() - f64::from(radius)).abs();
         let tilt = (a.normal(hit.prim, p).as_dvec3() - across.normalize()).length();
-        let reached = (p - ray.at(hit.t)).length() < 1e-6;
+        let reached = (p - ray.at(hit.t as f32)).length() < 1e-6;
         let on = (-1e-7..=axis.as_dvec3().length() + 1e-7).contains(&along);
         !(on && reached && off < f64::from(a.error_bound(hit.prim, p)) && tilt < 1e-6)
     });
@@ -114,7 +114,7 @@ fn a_disk_ends_at_its_rim() {
     assert!(hit(0.499, 0.0).is_some() && hit(0.501, 0.0).is_none());
     assert!(hit(0.0, 0.249).is_some() && hit(0.0, 0.251).is_none());
     assert!(hit(0.36, 0.18).is_none(), "inside the rectangle of the axes, outside the ellipse");
-    let h = hit(0.25, -0.125).map(|h| (h.t, h.b1, h.b2));
+    let h = hit(0.25, -0.125).map(|h| (h.t as f32, h.b1, h.b2));
     assert_eq!(h, Some((0.3, 0.5, -0.5)));
 }
 
@@ -131,7 +131,7 @@ fn a_slanted_disk_gives_the_coordinates_of_the_hit() {
         // Nearly along the disk the rounding of the origin moves the hit.
         let grazing = ray.d.dot(u.cross(v).normalize()).abs() < 0.005;
         let hit = a.closest(&ray);
-        !grazing && hit.is_none_or(|h| (h.b1 - x).abs().max((h.b2 - y).abs()) > 1e-4)
+        !grazing && hit.is_none_or(|h| (h.b1 as f32 - x).abs().max((h.b2 as f32 - y).abs()) > 1e-4)
     });
     assert_eq!(wrong, 0);
 }

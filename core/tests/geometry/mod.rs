@@ -4,6 +4,7 @@ mod agree;
 mod analytic;
 mod degenerate;
 mod leaks;
+mod local;
 mod meshes;
 mod offsets;
 mod rays;

@@ -4,11 +4,11 @@ use glam::Vec3;
 use pathspace_core::geometry::{
     Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim, offset_origin, segment,
 };
-use pathspace_core::math::Ray;
+use pathspace_core::math::{NO_PRIM, Ray};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::meshes::{blob, room, rotated_room};
+use super::meshes::{blob, lattice_cube, room, rotated_room};
 use super::rays::{count, direction, in_cube};
 
 /// Direction about the normal: anywhere in the hemisphere, or grazing down to 10⁻⁴.
@@ -42,7 +42,9 @@ fn self_hits(
         let d = leaving(rng, n);
         let o = offset_origin(p, n, accel.error_bound(hit.prim, p), d);
         let again = accel.closest(&Ray::new(o, d)).filter(|h| h.prim == hit.prim);
-        again.is_some_and(|h| h.t < shortest(hit.prim, inside, d.dot(n) / d.length_squared()))
+        again.is_some_and(|h| {
+            (h.t as f32) < shortest(hit.prim, inside, d.dot(n) / d.length_squared())
+        })
     })
 }
 
@@ -137,6 +139,36 @@ fn rays_do_not_escape_through_the_corners_they_start_in() {
     }
 }
 
+/// A box whose walls lean by the angle, so that they meet floor and ceiling at it and at its supplement.
+fn leaning(degrees: f32) -> Vec<[Vec3; 3]> {
+    let lean = 1.0 / degrees.to_radians().tan();
+    lattice_cube(1, |p| Vec3::new(p.x + 0.5 * lean * p.z, p.y, 0.5 * p.z) * 0.25)
+}
+
+#[test]
+fn rays_do_not_escape_where_walls_meet_at_any_angle() {
+    for degrees in [10.0, 15.0, 20.0, 30.0, 40.0, 45.0, 50.0, 60.0, 70.0, 80.0] {
+        for (shift, middle) in [("at the origin", Vec3::ZERO), ("aside", Vec3::new(0.3, -0.7, 0.9))]
+        {
+            let targets: Vec<_> =
+                leaning(degrees).into_iter().map(|t| t.map(|v| v + middle)).collect();
+            let accel = mesh(targets.clone());
+            let escaped = count(1 << 19, 35, |rng| {
+                let o = middle + in_cube(rng, 0.01);
+                let target = &targets[rng.random_range(0..targets.len())];
+                let ray = Ray::new(o, at_an_edge(rng, target) - o);
+                let Some(hit) = accel.closest(&ray) else { return true };
+                let p = accel.position(&hit, &ray);
+                let n = -accel.normal(hit.prim, p);
+                let d = leaving(rng, n);
+                let o = offset_origin(p, n, accel.error_bound(hit.prim, p), d);
+                accel.closest(&Ray::new(o, d)).is_none()
+            });
+            assert_eq!(escaped, 0, "{degrees}°, {shift}");
+        }
+    }
+}
+
 #[test]
 fn the_offset_goes_to_the_side_of_the_direction() {
     let (p, n) = (Vec3::new(0.3, -0.2, 0.9), Vec3::new(0.6, 0.0, 0.8));
@@ -154,7 +186,8 @@ fn visibility_is_symmetric_to_the_bit() {
     let differ = count(1_100_000, 33, |rng| {
         let (x, y) = (in_cube(rng, 0.7), in_cube(rng, 0.7));
         let (a, b) = (segment(x, y), segment(y, x));
-        a != b || accel.occluded(&a) != accel.occluded(&b)
+        let hides = |x, y| accel.hides(x, y, [NO_PRIM; 2]);
+        a != b || accel.occluded(&a) != accel.occluded(&b) || hides(x, y) != hides(y, x)
     });
     assert_eq!(differ, 0);
 }
@@ -177,7 +210,8 @@ fn points_on_two_walls_of_a_room_see_each_other() {
             if d.dot(n) < 1e-4 || d.dot(m) > -1e-4 {
                 return false;
             }
-            accel.occluded(&segment(offset_origin(x, n, e, d), offset_origin(y, m, f, -d)))
+            let (x, y) = (offset_origin(x, n, e, d), offset_origin(y, m, f, -d));
+            accel.hides(x, y, [NO_PRIM; 2])
         });
         assert_eq!(hidden, 0, "{name}");
     }
