@@ -20,7 +20,7 @@
 //!   the surface-area cost (Ylitie et al. 2017, §3.2, with leaves that are whole blocks of eight
 //!   triangles), uncompressed, 256 bytes a node.
 //! - **Triangles.** Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection": the vertices
-//!   are sheared into the ray's frame and the signs of three edge functions decide. A shared vertex
+//!   are sheared into the ray's frame and the signs of three edge functions decide, in f64. A shared vertex
 //!   gives the same bits in both triangles and a shared edge gives edge functions of exactly opposite
 //!   sign, so one of two neighbours always accepts. This needs *bit-equal* shared vertices in the
 //!   input. Edge functions that vanish count as inside on both sides. No fused multiply-add may
@@ -28,7 +28,11 @@
 //! - **Boxes.** A triangle is accepted when the *rounded* vertices surround the ray, so the exact
 //!   ray may pass its box at a distance of a few ulps. The slabs are therefore widened per ray by a
 //!   bound on that distance plus the slab test's own rounding (the idea of Ize 2013, "Robust BVH Ray
-//!   Traversal", but absolute instead of relative, which the normalised scene makes possible).
+//!   Traversal", but absolute instead of relative): boxes by a part of their coordinates when the tree is
+//!   built, rays by the same part of their origin's.
+//! - **Lanes propose, f64 disposes.** The lanes of f32 carry error bounds of edge functions and depths and leave out
+//!   only what is surely not met. The same test in f64 decides about the rest, so that hits are exact
+//!   to 10⁻¹⁵ of the triangle, and a sheet close over a huge ground is told from it.
 //! - **Spheres, disks and cylinders** are tested in f64, so that surfaces 10⁻⁷ apart are told apart.
 //! - **Two code paths, one source.** The kernels are generic over eight lanes of f32; AVX2 is used
 //!   where the processor has it (asked once, at build time of the tree), otherwise arrays that the

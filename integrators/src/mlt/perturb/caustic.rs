@@ -76,7 +76,11 @@ impl Mutator for Caustic {
         let mut ray = match &v[pivot] {
             Vertex::InfiniteEmitter { to, .. } => {
                 let offset = size.sample_plane(u);
-                emission::beam_ray(scene, *to, emission::moved_across(*to, v[1].position()?, offset))
+                emission::beam_ray(
+                    scene,
+                    *to,
+                    emission::moved_across(*to, v[1].position()?, offset),
+                )
             }
             vertex => {
                 let d = size.sample_direction(x.edge(pivot).direction(), u);
