@@ -56,10 +56,12 @@ pub struct Part<'a> {
 }
 
 impl ReferenceImage {
-    /// Even replicates to the first half, odd ones to the second; integrators weighted by the inverse of their mean's variance
-    /// wherever they can make the light.
-    pub fn of(parts: &[Part<'_>], pixels: usize) -> Self {
-        let weights: Vec<f64> = parts.iter().map(|p| weight(p, pixels)).collect();
+    /// Even replicates to the first half, odd ones to the second; integrators weighted wherever they can make the light.
+    ///
+    /// The weight is the inverse of the variance that the first `pilot` replicates show, which are in neither half: weights from
+    /// the same replicates would tie the halves to each other, and favour those that missed rare light. All weigh the same without a pilot.
+    pub fn of(parts: &[Part<'_>], pilot: usize, pixels: usize) -> Self {
+        let weights: Vec<f64> = parts.iter().map(|p| weight(p, pilot, pixels)).collect();
         let mut seen = BTreeSet::new();
         for cell in parts.iter().flat_map(|p| p.cells) {
             seen.extend(cell.parts(Families::ALL));
@@ -70,7 +72,7 @@ impl ReferenceImage {
                 let mut sum = vec![0.0_f64; 3 * pixels];
                 let mut total = 0.0;
                 for (part, weight) in parts.iter().zip(&weights) {
-                    let cells = part.cells.iter().skip(h).step_by(2);
+                    let cells = part.cells.iter().skip(pilot + h).step_by(2);
                     let n = cells.len();
                     if n == 0 || !Families::from_bits(bits).intersects(part.families) {
                         continue;
@@ -197,12 +199,13 @@ pub fn reference_path(folder: &Path, name: &str, key: &str) -> PathBuf {
     folder.join(format!("{stem}-{}.exr", &hash[..16]))
 }
 
-/// Inverse variance of the mean of an integrator's replicates; 1 where it has no noise.
-fn weight(part: &Part<'_>, pixels: usize) -> f64 {
-    let images: Vec<Vec<f32>> = part.cells.iter().map(|c| c.image(Families::ALL, pixels)).collect();
+/// Inverse of the variance of a replicate, by the first `pilot` of them; 1 where it has no noise or nothing is known.
+fn weight(part: &Part<'_>, pilot: usize, pixels: usize) -> f64 {
+    let cells = &part.cells[..pilot.min(part.cells.len())];
+    let images: Vec<Vec<f32>> = cells.iter().map(|c| c.image(Families::ALL, pixels)).collect();
     let views: Vec<&[f32]> = images.iter().map(Vec::as_slice).collect();
     match errors(&views, Against::Replicates) {
-        Ok(e) if e.mse.mse > 0.0 => part.cells.len() as f64 / e.mse.mse,
+        Ok(e) if e.mse.mse > 0.0 => 1.0 / e.mse.mse,
         Ok(_) | Err(_) => 1.0,
     }
 }
@@ -237,10 +240,11 @@ mod tests {
 
     #[test]
     fn halves_are_even_and_odd_replicates_weighted_by_precision() {
-        // Variances 8 and 2, with two replicates each: weights 1 to 4.
-        let (a, b) = (cells(&[1.0, 5.0], Families::S0), cells(&[2.0, 4.0], Families::S0));
+        // Variances 8 and 2 of the pilots, with two replicates each: weights 1 to 4.
+        let a = cells(&[11.0, 15.0, 1.0, 5.0], Families::S0);
+        let b = cells(&[12.0, 14.0, 2.0, 4.0], Families::S0);
         let part = |name, cells| Part { name, families: Families::S0, cells };
-        let r = ReferenceImage::of(&[part("a", &a), part("b", &b)], 2);
+        let r = ReferenceImage::of(&[part("a", &a), part("b", &b)], 2, 2);
         let [one, two] = r.halves(Families::ALL, Families::ALL);
         assert!((one[0] - 1.8).abs() < 1e-6 && (two[0] - 4.2).abs() < 1e-6, "{one:?} {two:?}");
         // ¼(R₁−R₂)² = 1.44 over 9 + 0.09.
@@ -255,6 +259,7 @@ mod tests {
                 Part { name: "a", families: Families::S0, cells: &a },
                 Part { name: "b", families: Families::T1, cells: &b },
             ],
+            0,
             2,
         );
         assert_eq!(r.halves(Families::ALL, Families::ALL)[0], [3.0; 6]);
@@ -267,7 +272,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let a = cells(&[1.0, 2.0], Families::S0 | Families::T1);
         let part = Part { name: "bdpt:s=1", families: Families::ALL, cells: &a };
-        let mut r = ReferenceImage::of(&[part], 2);
+        let mut r = ReferenceImage::of(&[part], 0, 2);
         let path = reference_path(folder.path(), "a b", "key");
         r.write(&path, FilmDescription::new(2, 1), Metadata::default()).unwrap();
         r.file = path.display().to_string();

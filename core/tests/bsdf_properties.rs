@@ -424,8 +424,12 @@ fn invalid_parameters_are_refused() {
             models::dielectric(1.5, f32::INFINITY),
             "ext_ior is inf, expected between 0.0001 and 10000",
         ),
-        (metal(one, one, 0.0), "alpha_u is 0, expected finite and positive"),
-        (metal(one, one, f32::NAN), "alpha_u is NaN, expected finite and positive"),
+        (metal(one, one, 0.0), "alpha_u is 0, expected finite and positive, at most 10⁶"),
+        (metal(one, one, f32::NAN), "alpha_u is NaN, expected finite and positive, at most 10⁶"),
+        (
+            metal(one, one, 1e20),
+            "alpha_u is 100000000000000000000, expected finite and positive, at most 10⁶",
+        ),
         (
             metal(Rgb::grey(-1.0), one, 0.1),
             "conductor eta is (-1, -1, -1), expected values in [0, 10000]",

@@ -348,6 +348,39 @@ mod tests {
     }
 
     #[test]
+    fn options_without_use_are_refused() {
+        let registry = crate::Registry::builtin();
+        let create =
+            |text: &str| registry.create(&text.parse().unwrap(), &Defaults::default()).map(|_| ());
+        for (text, with) in [
+            ("bdpt:heuristic=balance,beta=2", "heuristic=power"),
+            ("bdpt:alpha=0.1", "heuristic=cutoff"),
+            ("pssmlt:sigma=0.1", "kernel=gaussian"),
+            ("pssmlt:kernel=gaussian,s1=0.1", "kernel=kelemen"),
+            ("pssmlt:kernel=gaussian,s2=0.1", "kernel=kelemen"),
+            ("pssmlt:large=0,stratify=true", "large steps"),
+            ("pssmlt:large=0,refine=true", "large steps"),
+            ("mmlt:refine=true", "lengths=step"),
+            ("radiosity:h=0.1,elements=100", "h left out"),
+        ] {
+            let error = create(text).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("it is used with {with} alone")), "{text}: {error}");
+        }
+        for text in
+            ["bdpt:beta=3", "bdpt:heuristic=cutoff,alpha=0.1", "mmlt:lengths=step,refine=true"]
+        {
+            assert!(create(text).is_ok(), "{text}");
+        }
+    }
+
+    #[test]
+    fn beta_is_that_of_the_power_heuristic_also_by_default() {
+        let spec: Spec = "bdpt:beta=3".parse().unwrap();
+        let heuristic = spec.options().heuristic(Heuristic::Power { beta: 2.0 }).unwrap();
+        assert_eq!(heuristic, Heuristic::Power { beta: 3.0 });
+    }
+
+    #[test]
     fn unknown_options_are_named_with_the_known_ones() {
         let spec: Spec = "pt:nee=true,colour=red".parse().unwrap();
         let mut options = spec.options();

@@ -110,7 +110,8 @@ fn build(
     let mut plan = Plan {
         setups: vec![setup],
         budgets: vec![budget],
-        replicates: 0,
+        // The first round tells the weights, and is in no reference.
+        replicates: ROUND,
         seed: args.scene.seed,
         threads: pool.current_num_threads(),
         failures: Vec::new(),
@@ -145,17 +146,18 @@ fn build(
         let parts: Vec<Part<'_>> = (setup.contestants.iter().zip(&cells))
             .map(|((name, c), cells)| Part { name, families: c.families(&setup.scene), cells })
             .collect();
-        let image = ReferenceImage::of(&parts, setup.pixels());
+        let image = ReferenceImage::of(&parts, ROUND as usize, setup.pixels());
         report.relative_error = image.relative_error();
         report.seconds = cells.iter().flatten().map(|c| c.seconds).sum();
         if report.relative_error <= report.wanted && judgement.verdict == Verdict::Agree {
+            let used = || cells.iter().flat_map(|c| c.iter().skip(ROUND as usize));
             let metadata = Metadata {
                 scene: args.scene.scene.clone(),
                 scene_hash: prepared.hash.clone(),
                 integrator: String::new(),
                 seed: plan.seed,
-                samples_per_pixel: cells.iter().flatten().map(|c| c.spp).sum(),
-                replicates: cells.iter().map(|c| c.len() as u64).sum(),
+                samples_per_pixel: used().map(|c| c.spp).sum(),
+                replicates: used().count() as u64,
                 seconds: report.seconds,
                 version: env!("CARGO_PKG_VERSION").into(),
             };

@@ -124,7 +124,12 @@ pub(super) fn render(
     let spec = integrator.spec();
     let identity = Identity {
         version: env!("CARGO_PKG_VERSION").into(),
-        program: program().into(),
+        // Reading the program takes a moment, and nobody asks without a file.
+        program: if args.checkpoint.is_none() && args.shard.is_none() {
+            String::new()
+        } else {
+            program().into()
+        },
         scene: args.scene.scene.clone(),
         scene_hash: prepared.hash.clone(),
         integrator: spec.clone(),

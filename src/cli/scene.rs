@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use pathspace_core::Scene;
-use pathspace_core::description::{Crop, FilmDescription, FilterKind, SceneDescription};
+use pathspace_core::description::{
+    Crop, EmitterDescription, FilmDescription, FilterKind, SceneDescription,
+};
 use pathspace_core::integrator::Integrator;
 use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec};
@@ -101,9 +103,14 @@ fn tell_empty(name: &str, description: &SceneDescription) {
         || description.shapes.iter().any(|shape| shape.emission.is_some());
     if !lit {
         say(&format!("warning: {name}: the scene has no emitter, and the image will be black"));
-    } else if description.shapes.is_empty() {
-        say(&format!("warning: {name}: the scene has no shape"));
+    } else if description.shapes.is_empty() && !description.emitters.iter().any(is_seen) {
+        say(&format!("warning: {name}: the scene has no shape, and the image will be black"));
     }
+}
+
+/// True for emitters that a camera sees without a shape.
+fn is_seen(emitter: &EmitterDescription) -> bool {
+    !matches!(emitter, EmitterDescription::Point { .. } | EmitterDescription::Directional { .. })
 }
 
 /// A line for each note that may change the image; one for all the others, which every file has, where asked for.

@@ -92,7 +92,10 @@ fn bad_use_is_one_line() {
             "roulette=false",
         ),
         (&["render", "cornell-box", "--spp", "1", "--layers", "depth"], "unknown layer 'depth'"),
-        (&["render", "cornell-box", "--spp", "1", "--layers", "st"], "-o FILE.exr is missing"),
+        (
+            &["render", "cornell-box", "--spp", "1", "--layers", "st", "--no-image"],
+            "--no-image asks for none",
+        ),
         (&["render", "/dev/zero", "--spp", "1"], "/dev/zero: is no regular file"),
         (
             &["compare", "--experiment", "/dev/zero"],

@@ -264,3 +264,70 @@ fn renderers_that_are_absent_are_left_out_with_a_line() {
     assert_eq!(r["scenes"][0]["arms"].as_array().unwrap().len(), 1);
     assert!(r["notes"][0].as_str().unwrap().contains("left out"));
 }
+
+/// A peer that is wrong is left out by name, one that ignores its seed is noted, and the comparison goes on.
+#[cfg(unix)]
+#[test]
+fn renderers_that_fail_are_left_out_by_name() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new();
+    let image = |name: &str, value: f32| {
+        let path = folder.path().join(name);
+        exr::prelude::write_rgb_file(&path, 8, 8, |x, y| {
+            let v = if (x, y) == (3, 4) { value } else { 1.0 };
+            (v, v, v)
+        })
+        .unwrap();
+    };
+    image("nan.exr", f32::NAN);
+    image("same.exr", 1.0);
+    let adapter = |name: &str, act: &str| {
+        let path = folder.write(
+            name,
+            format!(
+                r#"#!/bin/sh
+cd "$(dirname "$0")"
+while read -r line; do
+    out=$(echo "$line" | sed 's/.*"output":"\([^"]*\)".*/\1/')
+    case "$line" in
+    *'"ask":"describe"'*) echo '{{"version": "{name}"}}' ;;
+    *) {act}; echo '{{"seconds": 0.001, "spp": 1}}' ;;
+    esac
+done
+"#
+            ),
+        );
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        format!("external:command={path}")
+    };
+    let nan = adapter("nan.sh", r#"cp nan.exr "$out""#);
+    let same = adapter("same.sh", r#"cp same.exr "$out""#);
+    let hangs = adapter("hangs.sh", "sleep 60") + ",timeout=0.3";
+    let bad = adapter("bad.sh", ":") + ",timeout=never";
+    let mut args = vec!["compare", "furnace", "--size", "8x8", "--spp", "1", "--replicates", "3"];
+    for spec in ["pt", &nan, &same, &hangs, &bad] {
+        args.extend(["-i", spec]);
+    }
+    let output = run_in(folder.path(), &[&args[..], &["-o", "out"]].concat());
+    let told = stderr(&output);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{told}");
+    for (spec, why) in [
+        (&nan, "the adapter's image has NaN in pixel (3, 4)"),
+        (&hangs, "no answer after 0.3 s"),
+        (&bad, "timeout=never: expected seconds over 0"),
+    ] {
+        let line = told.lines().find(|l| l.contains(spec.as_str())).unwrap_or_default();
+        assert!(line.contains("left out") && line.contains(why), "{line} in {told}");
+    }
+    assert!(told.contains("gave 1 different images: it ignores the seed"), "{told}");
+    let r = results(&folder, "out");
+    let arms: Vec<&str> = r["scenes"][0]["arms"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|a| a["integrator"].as_str().unwrap())
+        .collect();
+    assert_eq!(arms, ["pt", &same]);
+    assert_eq!(r["notes"].as_array().unwrap().len(), 4);
+}

@@ -210,7 +210,7 @@ while read -r line; do
     *)
         replicate=$(echo "$line" | sed 's/.*"replicate":\([0-9]*\).*/\1/')
         cp "{folder}/$replicate.exr" "$(echo "$line" | sed 's/.*"output":"\([^"]*\)".*/\1/')"
-        echo '{{"seconds": 1, "spp": 4, "startup_seconds": 3}}' ;;
+        echo '{{"seconds": 0.001, "spp": 4, "startup_seconds": 3}}' ;;
     esac
 done
 "#,

@@ -232,7 +232,7 @@ fn check(cost: &Answer, elapsed: f64) -> Result<(), String> {
     }
     if !(seconds >= MOMENT) || seconds > elapsed * (1.0 + CLOCKS.1) + CLOCKS.0 {
         return Err(format!(
-            "it tells of {seconds} s of rendering, and answered after {elapsed:.3} s"
+            "it tells of {seconds:e} s of rendering, and answered after {elapsed:.3} s"
         ));
     }
     let others = [

@@ -12,7 +12,7 @@ use crate::ImageMoments;
 use crate::analysis::Analysed;
 use crate::budget::Budget;
 use crate::csv::csv;
-use crate::experiment::{Cell, Contestant, Plan, Setup, Store};
+use crate::experiment::{Cell, Config, Contestant, Plan, Setup, Store};
 use crate::expose::expose;
 use crate::output::{
     Metadata, NamedLayer, Output, OutputError, Picture, Weighting, exposure, technique_sheet,
@@ -68,10 +68,20 @@ pub fn write_results(folder: &Path, results: &Results) -> Result<(), RecordError
         ("results.json", &json),
     ] {
         let path = folder.join(name);
+        // The file that the experiment was read from may be this one, with its author's comments.
+        if name == "experiment.toml" && is_same_experiment(&path, text) {
+            continue;
+        }
         crate::output::write_bytes(&path, text.as_bytes())
             .map_err(|e| failed(&path, "cannot write", &e))?;
     }
     Ok(())
+}
+
+/// True where a file says the same as `text`, in whatever words.
+fn is_same_experiment(path: &Path, text: &str) -> bool {
+    let there = crate::output::read_text(path).ok().and_then(|text| Config::parse(&text).ok());
+    there.is_some() && there == Config::parse(text).ok()
 }
 
 /// Draws the pictures of one scene into its folder and puts their names into the results. All share one exposure: that of the reference, or of

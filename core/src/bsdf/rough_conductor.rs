@@ -30,11 +30,15 @@ struct Facet {
     d: f32,
 }
 
+/// Largest roughness: beyond it, squares of slopes leave the range of `f32`.
+const MAX_ALPHA: f32 = 1e6;
+const EXPECTED: &str = "finite and positive, at most 10⁶";
+
 impl RoughConductor {
     /// A conductor of index η + ik, a factor on its reflection, and roughness α along x and y.
     ///
     /// # Errors
-    /// Where a value is not finite, negative, η = k = 0 in a channel, or α is 0. An α below
+    /// Where a value is not finite, negative, η = k = 0 in a channel, or α is 0 or over 10⁶. An α below
     /// [`super::microfacet::MIN_ALPHA`] counts as that.
     pub fn new(
         distribution: MicrofacetKind,
@@ -46,8 +50,8 @@ impl RoughConductor {
     ) -> Result<Self, BsdfError> {
         let index = ConductorIndex::new(eta, k)?;
         check_factor("specular_reflectance", specular_reflectance)?;
-        let u = check("alpha_u", alpha[0], "finite and positive", |a| a > 0.0)?;
-        let v = check("alpha_v", alpha[1], "finite and positive", |a| a > 0.0)?;
+        let u = check("alpha_u", alpha[0], EXPECTED, |a| a > 0.0 && a <= MAX_ALPHA)?;
+        let v = check("alpha_v", alpha[1], EXPECTED, |a| a > 0.0 && a <= MAX_ALPHA)?;
         let microfacet = Microfacet::new(distribution, u, v, sample_visible);
         Ok(RoughConductor { index, specular_reflectance, microfacet })
     }

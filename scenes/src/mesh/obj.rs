@@ -20,7 +20,7 @@ struct Counts {
 }
 
 /// Reads an OBJ file; `file` is its name for messages.
-pub(crate) fn read_obj(mut bytes: Vec<u8>, file: &str) -> Result<RawMesh> {
+pub(crate) fn read_obj(bytes: Vec<u8>, file: &str) -> Result<RawMesh> {
     let fail = |line: u32, reason: String| {
         let place = Place { file: file.into(), line };
         Err(SceneFileError::Mesh { place, reason })
@@ -28,7 +28,9 @@ pub(crate) fn read_obj(mut bytes: Vec<u8>, file: &str) -> Result<RawMesh> {
     if bytes.len() > MAX_BYTES {
         return fail(0, format!("{} bytes are too many for an OBJ file", bytes.len()));
     }
-    if let Some((line, reason)) = clean(&mut bytes) {
+    let mut bytes = join_continued(bytes);
+    let mut unknown = Unknown::default();
+    if let Some((line, reason)) = clean(&mut bytes, &mut unknown) {
         return fail(line, reason);
     }
     let options = tobj::LoadOptions {
@@ -48,7 +50,99 @@ pub(crate) fn read_obj(mut bytes: Vec<u8>, file: &str) -> Result<RawMesh> {
             return fail(line, reason);
         }
     };
-    drop_short_attributes(mesh, &bytes).or_else(|(line, reason)| fail(line, reason))
+    match drop_short_attributes(mesh, &bytes) {
+        Ok(mut mesh) => {
+            mesh.notes.extend(unknown.note());
+            Ok(mesh)
+        }
+        Err((line, reason)) => fail(line, reason),
+    }
+}
+
+/// First words of lines without geometry, or with curves and points, which have no surface.
+const IGNORED: [&[u8]; 19] = [
+    b"g",
+    b"o",
+    b"s",
+    b"mtllib",
+    b"usemtl",
+    b"maplib",
+    b"usemap",
+    b"mg",
+    b"lod",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"shadow_obj",
+    b"trace_obj",
+    b"l",
+    b"p",
+    b"vp",
+    b"call",
+    b"csh",
+];
+
+/// Lines that begin with words which OBJ does not have, or which have surfaces that are not read.
+#[derive(Default)]
+struct Unknown {
+    count: usize,
+    first: String,
+    line: u32,
+}
+
+impl Unknown {
+    fn see(&mut self, word: &[u8], number: usize) {
+        if word.is_empty() || word.starts_with(b"#") || IGNORED.contains(&word) {
+            return;
+        }
+        if self.count == 0 {
+            self.first = String::from_utf8_lossy(&word[..word.len().min(20)]).into_owned();
+            self.line = line_number(number);
+        }
+        self.count += 1;
+    }
+
+    fn note(self) -> Option<String> {
+        let Unknown { count, first, line } = self;
+        let what = match count {
+            0 => return None,
+            1 => format!("line {line} begins with \"{first}\", which is not read: it is left out"),
+            _ => format!(
+                "{count} lines begin with words that are not read, the first of them line {line} with \"{first}\": they are left out"
+            ),
+        };
+        Some(what)
+    }
+}
+
+/// Puts lines that end in `\` together with the next one; empty lines after them keep the numbers of the others. A byte-order mark at
+/// the beginning becomes spaces: it would hide the first word.
+fn join_continued(mut bytes: Vec<u8>) -> Vec<u8> {
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes[..3].fill(b' ');
+    }
+    let continued = |line: &[u8]| line.trim_ascii_end().ends_with(b"\\");
+    if !bytes.split(|b| *b == b'\n').any(continued) {
+        return bytes;
+    }
+    let mut joined = Vec::with_capacity(bytes.len());
+    let mut owed = 0;
+    for line in bytes.split_inclusive(|b| *b == b'\n') {
+        match line.trim_ascii_end().strip_suffix(b"\\") {
+            // A comment ends with its line.
+            Some(part) if !part.contains(&b'#') && line.ends_with(b"\n") => {
+                joined.extend_from_slice(part);
+                joined.push(b' ');
+                owed += 1;
+            }
+            _ => {
+                joined.extend_from_slice(line);
+                joined.resize(joined.len() + owed, b'\n');
+                owed = 0;
+            }
+        }
+    }
+    joined
 }
 
 /// tobj's flat arrays as a mesh.
@@ -85,12 +179,16 @@ fn drop_short_attributes(
 
 /// Blanks what tobj should not see. Returns the line of an index that tobj cannot handle or would
 /// overlook.
-fn clean(bytes: &mut [u8]) -> Option<(u32, String)> {
+fn clean(bytes: &mut [u8], unknown: &mut Unknown) -> Option<(u32, String)> {
     let mut counts = Counts::default();
     // Whether faces refer to texture coordinates and normals; tobj accepts that where there are none.
     let (mut uvs, mut normals) = (false, false);
     for (number, line) in bytes.split_mut(|b| *b == b'\n').enumerate() {
         let start = line.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(line.len());
+        // A comment at the end of a line.
+        if let Some(comment) = line.iter().position(|b| *b == b'#') {
+            line[comment..].fill(b' ');
+        }
         let length = token_length(&line[start..]);
         let (head, rest) = line[start..].split_at_mut(length);
         match &*head {
@@ -108,7 +206,10 @@ fn clean(bytes: &mut [u8]) -> Option<(u32, String)> {
                 }
                 note_references(rest, &mut uvs, &mut normals);
             }
-            _ => line.fill(b' '),
+            word => {
+                unknown.see(word, number);
+                line.fill(b' ');
+            }
         }
         // What is left must be text; a stray byte makes it an unreadable number.
         for byte in line.iter_mut().filter(|b| !b.is_ascii()) {
@@ -287,6 +388,43 @@ mod tests {
     fn relative_indices_count_backwards() {
         let mesh = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n").unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn comments_end_lines_and_lines_go_on_after_a_backslash() {
+        let text = "v 0 0 0 # first\nv 1 \\\n 0 0\nv 0 1 0\nf 1 2 \\\r\n3 # a face \\\nf 1 2 9\n";
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.starts_with("m.obj:7: face refers to vertex 9 of 3"), "{error}");
+        let mesh = read(&text.replace('9', "3")).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (3, 2));
+        assert!(mesh.notes.is_empty());
+    }
+
+    #[test]
+    fn a_byte_order_mark_hides_no_vertex() {
+        let mesh = read("\u{feff}v 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        assert_eq!(mesh.positions[0], [5.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn words_that_are_not_read_are_noted() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nface 1 2 3\nl 1 2\nf 1 2 3\nsurf 0 1\n";
+        let notes = read(text).unwrap().notes;
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].starts_with("2 lines begin") && notes[0].contains("line 4 with \"face\""));
+    }
+
+    #[test]
+    fn a_polygon_of_many_corners_is_a_fan() {
+        let n = 20_000;
+        let mut text = String::new();
+        for i in 0..n {
+            let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+            text += &format!("v {} {} 0\n", angle.cos(), angle.sin());
+        }
+        let corners: Vec<String> = (1..=n).map(|i| i.to_string()).collect();
+        let mesh = read(&(text + "f " + &corners.join(" ") + "\n")).unwrap();
+        assert_eq!(mesh.triangles.len(), n as usize - 2);
     }
 
     #[test]
