@@ -10,6 +10,8 @@ mod checkpoint;
 mod compare;
 #[path = "cli/experiment.rs"]
 mod experiment;
+#[path = "cli/look.rs"]
+mod look;
 #[path = "cli/merge.rs"]
 mod merge;
 #[path = "cli/new_plugin.rs"]

@@ -2,17 +2,21 @@
 
 use std::fmt::Write;
 
-use crate::results::{BudgetKind, Results};
+use crate::results::{BudgetKind, Results, SceneResults};
+use crate::standing::{Standing, Standings};
 
 const HEADING: &str = "scene,integrator,external,budget,unit,seconds,cpu_seconds,startup_seconds,spp,rays,replicates,\
-mse,mse_low,mse_high,relmse,relmse_trimmed,flip,firefly_index,nonfinite";
+mse,mse_low,mse_high,relmse,relmse_trimmed,flip,firefly_index,nonfinite,\
+baseline,ratio,ratio_low,ratio_high,ratio_per_cpu_second,ratio_by_relmse,share_of_image,rests_on_rare_samples,machine_busy,\
+verdict,detectable_bias";
 
 /// The points of all curves as comma-separated values (RFC 4180). Numbers that are not finite are empty fields.
 pub fn csv(results: &Results) -> String {
     let mut text = format!("{HEADING}\n");
     for scene in &results.scenes {
+        let standings = Standings::of(scene, results.machine.threads);
         for arm in &scene.arms {
-            for p in &arm.points {
+            for (n, p) in arm.points.iter().enumerate() {
                 let unit = match p.budget.kind {
                     BudgetKind::Seconds => "seconds",
                     BudgetKind::Spp => "spp",
@@ -36,11 +40,44 @@ pub fn csv(results: &Results) -> String {
                         let _ = write!(text, "{v}");
                     }
                 }
-                let _ = writeln!(text, ",{}", p.nonfinite);
+                let _ = write!(text, ",{}", p.nonfinite);
+                // Ratios and verdicts are those of the largest budget.
+                let last = n + 1 == arm.points.len();
+                let row = standings.rows.iter().find(|r| last && r.integrator == arm.integrator);
+                beside_the_baseline(&mut text, scene, &standings, row);
+                text.push('\n');
             }
         }
     }
     text
+}
+
+/// Columns on an integrator beside the baseline; empty where there is no row.
+fn beside_the_baseline(
+    text: &mut String,
+    scene: &SceneResults,
+    standings: &Standings,
+    row: Option<&Standing>,
+) {
+    let Some(row) = row else {
+        *text += ",,,,,,,,,,,";
+        return;
+    };
+    *text += &format!(",{}", quoted(&standings.baseline));
+    for v in [row.ratio, row.low, row.high, row.cpu_ratio, row.relative_ratio, row.seen] {
+        text.push(',');
+        if v.is_finite() {
+            *text += &v.to_string();
+        }
+    }
+    *text += &format!(",{},{}", row.heavy, row.busy);
+    let (a, b) = (&row.integrator, &standings.baseline);
+    let mut pairs = scene.pairs.iter().map(|p| &p.judgement);
+    match pairs.find(|j| (&j.a == a && &j.b == b) || (&j.a == b && &j.b == a)) {
+        Some(j) if j.mdb.is_finite() => *text += &format!(",{},{}", j.verdict, j.mdb),
+        Some(j) => *text += &format!(",{},", j.verdict),
+        None => *text += ",,",
+    }
 }
 
 fn quoted(field: &str) -> String {

@@ -20,7 +20,7 @@
 //! | Do they agree ([`pathspace_validation::pairs`]), and which one is faster? | [`analysis`], [`mod@compare`], [`comparison`] |
 //! | What does `results.json` hold, and what is written beside it? | [`results`], [`record`] |
 //! | Who stands where, in a sentence and in a table? | [`standing`] |
-//! | How does it look? | [`report`] |
+//! | How does it look? | [`report`], [`plots`] |
 //! | How does an image become a file? | [`output`] |
 //! | … and a file of any renderer an image? | [`input`] |
 //!
@@ -41,6 +41,7 @@ pub mod metrics;
 mod moments;
 pub mod output;
 pub mod peers;
+pub mod plots;
 pub mod precision;
 pub mod preview;
 mod program;

@@ -40,6 +40,15 @@ pub struct Results {
     pub notes: Vec<String>,
 }
 
+impl Results {
+    /// Integrators of all scenes, in order of first appearance; their index is their colour.
+    pub fn integrators(&self) -> Vec<String> {
+        let mut seen = std::collections::BTreeSet::new();
+        let names = self.scenes.iter().flat_map(|s| &s.arms).map(|a| &a.integrator);
+        names.filter(|name| seen.insert(*name)).cloned().collect()
+    }
+}
+
 /// Where an experiment ran.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {

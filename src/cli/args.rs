@@ -291,6 +291,9 @@ pub(super) struct CompareArgs {
     /// Directory for results and images; finished renders are kept there until all are done.
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
+    /// Directory for the charts as SVG and PDF.
+    #[arg(long, value_name = "DIR")]
+    pub(super) plots: Option<PathBuf>,
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,
@@ -323,6 +326,7 @@ impl CompareArgs {
             target_error: None,
             references: None,
             output: Some("out".into()),
+            plots: None,
             json: false,
         }
     }
@@ -417,6 +421,9 @@ pub(super) struct NewPluginArgs {
 pub(super) struct ReportArgs {
     /// Directory with results.json; report.html is written beside it.
     pub(super) dir: PathBuf,
+    /// Directory for the charts as SVG and PDF.
+    #[arg(long, value_name = "DIR")]
+    pub(super) plots: Option<PathBuf>,
 }
 
 #[derive(Clone, Debug, Args)]

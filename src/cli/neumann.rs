@@ -153,7 +153,8 @@ impl Series {
         let terms = (self.terms.iter().enumerate())
             .map(|(n, image)| (format!("{} {}", term(n), self.name), image.clone()));
         let sums = (self.sums.iter().enumerate()).map(|(n, image)| {
-            let label = if n == 0 { "S0 = L".into() } else { format!("S{n} = L+..+{}", term(n)) };
+            // A picture of 96 pixels has room for 12 letters.
+            let label = if n == 0 { "S0=L".into() } else { format!("S{n}=S{}+{}", n - 1, term(n)) };
             (label, image.clone())
         });
         [terms.collect(), sums.collect()]
@@ -178,7 +179,7 @@ fn term(n: usize) -> String {
     match n {
         0 => "L".into(),
         1 => "KL".into(),
-        n => format!("K^{n} L"),
+        n => format!("K^{n}L"),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use anyhow::Result;
-use pathspace_benches::report;
+use pathspace_benches::{plots, report};
 
 use super::Done;
 use super::args::ReportArgs;
@@ -20,6 +20,10 @@ pub(super) fn report(args: &ReportArgs, verbose: bool, out: &mut dyn Write) -> R
     tell::tell_overall(&results.overall, out)?;
     if verbose {
         tell::tell_details(&results, out)?;
+    }
+    if let Some(dir) = &args.plots {
+        let files = plots::write(&results, dir)?;
+        writeln!(out, "\nCharts  {} files in {}", files.len(), dir.display())?;
     }
     writeln!(out, "\nOpen    {}", path.display())?;
     Ok(Done::Well)

@@ -252,7 +252,7 @@ impl Easel<'_> {
 }
 
 /// A name that every file system takes.
-fn slug(name: &str) -> String {
+pub(crate) fn slug(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-=.".contains(c) { c } else { '_' };
     let slug: String = name.chars().map(plain).collect();
     // No hidden folder, and none above.
@@ -272,7 +272,7 @@ fn wide(image: &[f32]) -> Vec<[f64; 3]> {
     pixels.iter().map(|p| p.map(f64::from)).collect()
 }
 
-fn failed(path: &Path, what: &str, error: &std::io::Error) -> RecordError {
+pub(crate) fn failed(path: &Path, what: &str, error: &std::io::Error) -> RecordError {
     let reason = format!("{what}: {error}");
     RecordError::Write { path: path.to_path_buf(), reason }
 }

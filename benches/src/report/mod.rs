@@ -14,7 +14,6 @@ mod radiance;
 mod read;
 mod tables;
 
-use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -130,7 +129,7 @@ struct Maps {
 /// [`ReportError::Page`], where values can not be serialised.
 pub fn page(results: &Results, folder: &Path, image_bytes: usize) -> Result<String, ReportError> {
     let gallery = Gallery::collect(results, folder, image_bytes);
-    let integrators = integrators(results);
+    let integrators = results.integrators();
     let data = Data {
         results,
         integrators: &integrators,
@@ -139,7 +138,9 @@ pub fn page(results: &Results, folder: &Path, image_bytes: usize) -> Result<Stri
     };
     let context = Context {
         results,
-        tables: results.scenes.iter().map(SceneTables::of).collect(),
+        tables: (results.scenes.iter())
+            .map(|scene| SceneTables::of(scene, &integrators, results.machine.threads))
+            .collect(),
         overall: overall(results),
         integrators: &integrators,
         notes: results.notes.iter().chain(&gallery.notes).cloned().collect(),
@@ -160,12 +161,6 @@ pub fn page(results: &Results, folder: &Path, image_bytes: usize) -> Result<Stri
     };
     render(include_str!("assets/report.html"), context)
         .map_err(|e| ReportError::Page(format!("{e:#}")))
-}
-
-fn integrators(results: &Results) -> Vec<String> {
-    let mut seen = BTreeSet::new();
-    let arms = results.scenes.iter().flat_map(|s| &s.arms);
-    arms.map(|a| &a.integrator).filter(|name| seen.insert(*name)).cloned().collect()
 }
 
 fn map(gradient: colorous::Gradient) -> String {

@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
+use crate::plots::{charts, is_single};
 use crate::results::{Results, SceneResults};
+use crate::standing::{Standing, Standings};
+use pathspace_validation::page::verdict_words;
 use pathspace_validation::stats::Verdict;
 
 /// A value with its interval as a bar on a logarithmic axis; shares of the axis in percent.
@@ -30,9 +33,17 @@ pub(super) struct OverallRow {
 /// A row of the table of a scene: the largest budget of an integrator.
 #[derive(Debug, Serialize)]
 pub(super) struct ArmRow {
-    index: usize,
     bar: Option<Bar>,
-    is_baseline: bool,
+    #[serde(flatten)]
+    standing: Standing,
+}
+
+/// A chart as SVG.
+#[derive(Debug, Serialize)]
+pub(super) struct Plot {
+    name: &'static str,
+    caption: String,
+    svg: String,
 }
 
 /// A cell of the matrix of verdicts.
@@ -40,6 +51,7 @@ pub(super) struct ArmRow {
 pub(super) struct MatrixCell {
     pair: usize,
     verdict: &'static str,
+    words: &'static str,
     sign: &'static str,
     p: f64,
     mdb: f64,
@@ -58,34 +70,57 @@ pub(super) struct MatrixRow {
 #[derive(Debug, Serialize)]
 pub(super) struct SceneTables {
     baseline: Option<String>,
+    /// Are they right, and which is best: a sentence each, and the word for a chip.
+    right: String,
+    best: String,
+    chip: &'static str,
+    chip_words: &'static str,
+    /// Who is ranked apart.
+    partial: Vec<String>,
+    busy: Option<f64>,
+    /// True where there is one budget: dots, no curve.
+    single: bool,
+    plots: Vec<Plot>,
     rows: Vec<ArmRow>,
     /// Heads of the columns of the matrix.
     columns: Vec<String>,
     matrix: Vec<MatrixRow>,
     differ: usize,
-    inconclusive: usize,
 }
 
 impl SceneTables {
-    pub(super) fn of(scene: &SceneResults) -> SceneTables {
+    pub(super) fn of(scene: &SceneResults, integrators: &[String], threads: usize) -> SceneTables {
+        let Standings { rows, tally, right, best, busy, .. } = Standings::of(scene, threads);
         let ratios = scene.arms.iter().filter_map(|a| a.ratio.as_ref());
         let axis = Axis::over(ratios.map(|r| [r.low, r.value, r.high]));
         let baseline = scene.arms.iter().find_map(|a| a.ratio.as_ref()).map(|r| r.baseline.clone());
-        let rows = scene.arms.iter().enumerate().map(|(index, arm)| ArmRow {
-            index,
-            bar: arm.ratio.as_ref().and_then(|r| axis?.bar(r.low, r.value, r.high)),
-            is_baseline: baseline.as_ref() == Some(&arm.integrator),
-        });
-        let rows = rows.collect();
-        let count = |v| scene.pairs.iter().filter(|p| p.judgement.verdict == v).count();
         let names: Vec<String> = scene.arms.iter().map(|a| a.integrator.clone()).collect();
+        let (chip, chip_words) = match (tally.differ, tally.inconclusive, tally.pairs) {
+            (0, _, 0) => ("inconclusive", "? not tested"),
+            (0, 0, _) => ("agree", "✓ no difference found"),
+            // Some are shown to be alike, and none to differ.
+            (0, _, _) if tally.agree > 0 => ("agree", "✓ no difference found"),
+            (0, _, _) => ("inconclusive", "? needs more samples"),
+            _ => ("differ", "✗ differs"),
+        };
+        let partial = rows.iter().filter(|r| !r.whole).map(|r| r.integrator.clone()).collect();
+        let bar = |r: &Standing| axis.filter(|_| !r.is_baseline)?.bar(r.low, r.ratio, r.high);
         SceneTables {
             baseline,
-            rows,
+            right,
+            best,
+            chip,
+            chip_words,
+            partial,
+            busy,
+            single: is_single(scene),
+            plots: (charts(scene, integrators, threads).iter())
+                .map(|c| Plot { name: c.name, caption: c.caption.clone(), svg: c.inline_svg() })
+                .collect(),
+            rows: rows.into_iter().map(|r| ArmRow { bar: bar(&r), standing: r }).collect(),
             columns: names[..names.len().saturating_sub(1)].to_vec(),
             matrix: (1..names.len()).map(|i| matrix_row(scene, &names, i)).collect(),
-            differ: count(Verdict::Differ),
-            inconclusive: count(Verdict::Inconclusive),
+            differ: tally.differ,
         }
     }
 }
@@ -102,6 +137,7 @@ fn matrix_row(scene: &SceneResults, names: &[String], row: usize) -> MatrixRow {
             MatrixCell {
                 pair,
                 verdict: j.verdict.as_str(),
+                words: verdict_words(j.verdict),
                 sign: match j.verdict {
                     Verdict::Agree => "✓",
                     Verdict::Differ => "✗",

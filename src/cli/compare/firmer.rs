@@ -69,6 +69,7 @@ fn firmer(args: &CompareArgs) -> Option<String> {
     option("--baseline", args.baseline.as_ref().map(ToString::to_string));
     option("--target-error", args.target_error.map(|e| e.to_string()));
     option("--references", args.references.as_ref().map(|p| p.display().to_string()));
+    option("--plots", args.plots.as_ref().map(|p| p.display().to_string()));
     option("-o", args.output.as_ref().map(|dir| next(&dir.display().to_string())));
     Some(words.join(" "))
 }

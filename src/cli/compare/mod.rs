@@ -15,6 +15,7 @@ use pathspace_benches::experiment::{
     ChangedScene, Config, ExperimentStatus, Many, Plan, SceneConfig, Store,
 };
 use pathspace_benches::output::read_text;
+use pathspace_benches::plots;
 use pathspace_benches::record;
 use pathspace_benches::reference::{ReferenceImage, reference_path};
 use pathspace_benches::report;
@@ -165,6 +166,10 @@ fn finish(
     }
     for note in &results.notes {
         writeln!(out, "\n{note}")?;
+    }
+    if let Some(dir) = &args.plots {
+        let files = plots::write(results, dir)?;
+        writeln!(out, "\nCharts  {} files in {}", files.len(), dir.display())?;
     }
     firmer::tell(args, verbose, results.complete, out)?;
     if args.json {

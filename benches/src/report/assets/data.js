@@ -26,6 +26,8 @@ const report = (() => {
     if (a >= 1e5 || a < 1e-3) return v.toExponential(2).replace('e+', 'e').replace('-', '−').replace('e-', 'e−');
     return String(Number(v.toPrecision(3)));
   };
+  // Two significant digits, three from 100 on.
+  const ratio = (v) => (Number.isFinite(v) ? String(Number(v.toPrecision(Math.abs(v) >= 99.5 ? 3 : 2))) : '—');
   const percent = (v) => (Number.isFinite(v) ? `${figure(100 * v)} %` : '—');
   const pValue = (p) => (!Number.isFinite(p) ? '—' : p >= 0.001 ? p.toFixed(3) : p.toExponential(0).replace('-', '−'));
 
@@ -146,7 +148,7 @@ const report = (() => {
   };
 
   return {
-    data, results, integrators, images, bytes, make, figure, percent, pValue, picture, radiance, state, on, tell, seriesIndex,
+    data, results, integrators, images, bytes, make, figure, ratio, percent, pValue, picture, radiance, state, on, tell, seriesIndex,
     seriesColour, colour, id, select, say,
   };
 })();

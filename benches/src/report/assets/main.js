@@ -12,7 +12,8 @@
     mounted.add(s);
     const [scene, pictures] = [results.scenes[s], images[s]];
     const at = (name) => document.querySelector(`#s${s} [data-mount="${name}"]`);
-    report.curves.mount(at('curves'), scene);
+    // With one budget there are dots, drawn already.
+    if (at('curves')) report.curves.mount(at('curves'), scene);
     report.viewer.mount(at('viewer'), scene, pictures);
     report.pictures.convergence(at('convergence'), scene, pictures);
     report.pictures.paths(at('paths'), scene, pictures);

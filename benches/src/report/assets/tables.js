@@ -1,12 +1,15 @@
 'use strict';
 // Sorting of tables, and the tests behind a cell of the matrix of verdicts.
 report.tables = (() => {
-  const { make, figure, percent, pValue, results, say } = report;
+  const { make, figure, ratio, percent, pValue, results, say } = report;
 
   const REASONS = {
     both_zero: 'no light', too_noisy: 'noise', never_sampled: 'one never finds it', few_contributions: 'too few hits to judge',
     heavy_tail: 'infinite variance', resolved: '', significant: '',
   };
+
+  // One word for each state, as everywhere.
+  const WORDS = { agree: 'no difference found', differ: 'differs', inconclusive: 'needs more samples' };
 
   const sortable = (table) => {
     const body = table.tBodies[0];
@@ -31,6 +34,9 @@ report.tables = (() => {
         };
         const rows = [...body.rows].map((row) => ({ row, key: key(row) }));
         rows.sort((a, b) => {
+          // Who makes a part of the image stays apart.
+          const apart = a.row.classList.contains('partial') - b.row.classList.contains('partial');
+          if (apart) return apart;
           if (text) return a.key.localeCompare(b.key) * (ascending ? 1 : -1);
           // What has no figure stays below.
           if (Number.isNaN(a.key) || Number.isNaN(b.key)) return Number.isNaN(a.key) - Number.isNaN(b.key);
@@ -44,7 +50,7 @@ report.tables = (() => {
 
   const badge = (verdict, reason) => {
     const why = REASONS[reason] ? ` (${REASONS[reason]})` : '';
-    return make('span', { class: `badge ${verdict}` }, `${verdict}${why}`);
+    return make('span', { class: `badge ${verdict}` }, `${WORDS[verdict] ?? verdict}${why}`);
   };
 
   const showPair = (scene, pair) => {
@@ -63,7 +69,7 @@ report.tables = (() => {
       make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Tests' },
         make('table', {}, make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...body))),
       ...(tiles ? [tiles] : []),
-      make('p', {}, `Efficiency of ${pair.a} over ${pair.b} on what both make: ${figure(pair.efficiency_ratio)}.`));
+      make('p', {}, `Efficiency of ${pair.a} over ${pair.b} on what both make: ${ratio(pair.efficiency_ratio)}.`));
     dialog.showModal();
   };
 

@@ -48,6 +48,27 @@ report.tone = (() => {
     }
   };
 
+  // σ pooled over tiles of 8×8 pixels: from few replicates that of one pixel is itself noise, and is too small just where the rare
+  // bright samples did not come.
+  const TILE = 8;
+  const pools = new WeakMap();
+  const pooled = (image) => {
+    if (pools.has(image)) return pools.get(image);
+    const { width, height, sigma } = image;
+    const across = Math.ceil(width / TILE);
+    const sums = new Float64Array(across * Math.ceil(height / TILE));
+    const counts = new Float64Array(sums.length);
+    const tile = (i) => Math.floor(Math.floor(i / width) / TILE) * across + Math.floor((i % width) / TILE);
+    for (let i = 0; i < width * height; i += 1) {
+      if (!Number.isFinite(sigma[i])) continue;
+      sums[tile(i)] += sigma[i] * sigma[i];
+      counts[tile(i)] += 1;
+    }
+    const f = (i) => sums[tile(i)] / Math.max(1, counts[tile(i)]);
+    pools.set(image, f);
+    return f;
+  };
+
   // What a mode shows of an image beside its partner and the reference: a function of the pixel, or null where it can not be shown.
   const measure = (mode, image, partner, reference, level) => {
     // The relative error of relMSE: ε = 10⁻²·(mean luminance)².
@@ -63,7 +84,7 @@ report.tone = (() => {
       const noise = image.sigma && partner.sigma;
       return (i) => {
         const d = luminance(image, i) - luminance(partner, i);
-        if (noise) return d === 0 ? 0 : d / Math.hypot(image.sigma[i], partner.sigma[i]);
+        if (noise) return d === 0 ? 0 : d / Math.sqrt(pooled(image)(i) + pooled(partner)(i));
         return d / size(0.5 * (luminance(image, i) + luminance(partner, i)));
       };
     }
