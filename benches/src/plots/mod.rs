@@ -52,7 +52,8 @@ impl Chart {
 
 /// The charts of a scene that was rendered on this many threads. `integrators` gives the colours.
 pub fn charts(scene: &SceneResults, integrators: &[String], threads: usize) -> Vec<Chart> {
-    [efficiency(scene, integrators, threads), error(scene, integrators)]
+    let standings = Standings::of(scene, threads);
+    [efficiency(scene, integrators, &standings), error(scene, integrators, &standings)]
         .into_iter()
         .flatten()
         .collect()
@@ -85,8 +86,11 @@ pub fn is_single(scene: &SceneResults) -> bool {
 }
 
 /// Ratios over the baseline, best first; those who see less of the light apart.
-fn efficiency(scene: &SceneResults, integrators: &[String], threads: usize) -> Option<Chart> {
-    let standings = Standings::of(scene, threads);
+fn efficiency(
+    scene: &SceneResults,
+    integrators: &[String],
+    standings: &Standings,
+) -> Option<Chart> {
     let rows: Vec<Dot> = (standings.rows.iter())
         .filter(|r| r.ratio.is_finite() && r.ratio > 0.0)
         .map(|r| Dot {
@@ -114,8 +118,8 @@ fn efficiency(scene: &SceneResults, integrators: &[String], threads: usize) -> O
     Some(Chart { name: "efficiency", caption, drawing })
 }
 
-/// MSE with one budget, or MSE over time with several.
-fn error(scene: &SceneResults, integrators: &[String]) -> Option<Chart> {
+/// MSE with one budget, those who make a part of the image apart; or MSE over time with several.
+fn error(scene: &SceneResults, integrators: &[String], standings: &Standings) -> Option<Chart> {
     if !is_single(scene) {
         let drawing = curves::curve_plot(scene, |name| series(integrators, name))?;
         let caption =
@@ -124,18 +128,19 @@ fn error(scene: &SceneResults, integrators: &[String]) -> Option<Chart> {
     }
     let dot = |arm: &ArmResults| {
         let mse = arm.points.last()?.mse;
+        let apart = standings.rows.iter().any(|r| r.integrator == arm.integrator && !r.whole);
         (mse.value > 0.0 && mse.value.is_finite()).then(|| Dot {
-            label: arm.integrator.clone(),
+            label: format!("{}{}", arm.integrator, if apart { "*" } else { "" }),
             series: series(integrators, &arm.integrator),
             value: mse.value,
             low: mse.low,
             high: mse.high,
-            apart: false,
+            apart,
             hollow: false,
         })
     };
     let mut rows: Vec<Dot> = scene.arms.iter().filter_map(dot).collect();
-    rows.sort_by(|a, b| a.value.total_cmp(&b.value));
+    rows.sort_by(|a, b| a.apart.cmp(&b.apart).then(a.value.total_cmp(&b.value)));
     let drawing = dot_plot(&rows, "MSE of one render (lower is better)", None)?;
     let caption = format!("{}: MSE of one render, with 95 % intervals.", scene.name);
     Some(Chart { name: "error", caption, drawing })

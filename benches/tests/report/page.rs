@@ -135,3 +135,74 @@ fn a_report_is_rebuilt_from_its_folder() {
     std::fs::write(folder.join("results.json"), "{}").unwrap();
     assert!(report::rebuild(&folder).is_err());
 }
+
+#[test]
+fn the_first_sentence_says_who_is_best_and_who_is_apart() {
+    let folder = folder("sentence");
+    let mut results = sample(&folder, &["a"], &["pt", "bdpt"]);
+    let text = page_of(&results, &folder);
+    // In the sample bdpt lacks 3.1 % of the image of pt.
+    assert!(text.contains("✓ no difference found"), "no chip");
+    assert!(text.contains("pt, the baseline, among those that make the whole image"));
+    assert!(text.contains("Ranked apart, because they make a part of the image only: bdpt."));
+    assert!(text.contains("bdpt*") && text.contains("96.9 %"));
+    results.scenes[0].pairs[0].judgement.unseen.clear();
+    let text = page_of(&results, &folder);
+    assert!(text.contains("bdpt: 3.4 × pt [2.7, 4.2]") && !text.contains("Ranked apart"));
+}
+
+#[test]
+fn one_budget_is_shown_as_dots_and_several_as_curves() {
+    let folder = folder("dots");
+    let mut results = sample(&folder, &["a"], &["pt", "bdpt"]);
+    let curves = page_of(&results, &folder);
+    assert!(
+        curves.contains("data-mount=\"curves\"") && curves.contains("aria-label=\"a: efficiency")
+    );
+    for arm in &mut results.scenes[0].arms {
+        arm.points.drain(..5);
+    }
+    let dots = page_of(&results, &folder);
+    assert!(
+        !dots.contains("data-mount=\"curves\"")
+            && dots.contains("aria-label=\"a: MSE of one render")
+    );
+    // Every axis has ticks and a name.
+    assert!(dots.contains(">MSE of one render (lower is better)</text>"));
+}
+
+#[test]
+fn charts_become_files_for_papers() {
+    let folder = folder("charts");
+    let results = sample(&folder, &["a"], &INTEGRATORS);
+    let files = pathspace_benches::plots::write(&results, &folder.join("plots")).unwrap();
+    let names: Vec<_> = files.iter().map(|f| f.file_name().unwrap().to_str().unwrap()).collect();
+    assert_eq!(names, ["a.efficiency.svg", "a.efficiency.pdf", "a.error.svg", "a.error.pdf"]);
+    for file in &files {
+        let bytes = std::fs::read(file).unwrap();
+        match file.extension().unwrap().to_str() {
+            Some("svg") => {
+                let text = String::from_utf8(bytes).unwrap();
+                assert!(text.starts_with("<svg xmlns=") && text.contains(">bdpt"), "{text}");
+                // A file of its own knows no colours of a page.
+                assert!(!text.contains("var(--"));
+            }
+            _ => assert!(bytes.starts_with(b"%PDF-1.7")),
+        }
+    }
+}
+
+#[test]
+fn the_table_for_papers_has_ratios_and_verdicts() {
+    let folder = folder("csv");
+    let text = pathspace_benches::csv(&sample(&folder, &["a"], &["pt", "bdpt"]));
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    assert!(rows.iter().all(|r| r.len() == rows[0].len()), "{text}");
+    let column = |name: &str| rows[0].iter().position(|c| *c == name).unwrap();
+    // The last budget of the second integrator.
+    let last = rows.last().unwrap();
+    assert_eq!((last[column("integrator")], last[column("baseline")]), ("bdpt", "pt"));
+    assert_eq!((last[column("ratio")], last[column("verdict")]), ("3.4", "agree"));
+    assert!((last[column("share_of_image")].parse::<f64>().unwrap() - 0.969).abs() < 1e-9);
+    assert_eq!(rows[1][column("ratio")], "");
+}
