@@ -57,7 +57,7 @@ fn a_series_has_a_layer_for_each_term_and_each_sum() {
 fn a_replayed_path_is_the_one_that_was_rendered() {
     let folder = Folder::new();
     let out = folder.file("a.exr");
-    let scene = ["cornell-box", "--size", "8x8", "-i", "pt:nee=false,max_depth=2", "--seed", "3"];
+    let scene = ["cornell-box", "--size", "8x8", "-i", "pt:max_depth=2", "--seed", "3"];
     run(&[&["render"], &scene[..], &["--spp", "1", "-o", &out]].concat());
     let green = Exr::read(&out).channel("G").to_vec();
     let lit = green.iter().position(|v| *v > 0.0).unwrap();

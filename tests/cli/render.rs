@@ -292,6 +292,7 @@ fn notes_of_the_reader_are_told_once_and_harmless_ones_where_asked_for() {
         r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm">
             <integer name="width" value="4"/><integer name="height" value="4"/>
             <boolean name="banner" value="false"/><rfilter type="box"/></film></sensor>
+            <shape type="sphere"><point name="center" x="0" y="0" z="-9"/></shape>
             <emitter type="constant"><rgb name="radiance" value="0.5"/></emitter></scene>"#,
     );
     let output = run(&["render", &scene, "--spp", "1", "--json"]);
