@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::color::Rgb;
+use crate::texture::Bitmap;
 
 /// A whole scene in world units.
 #[derive(Clone, Debug, Default)]
@@ -189,6 +190,15 @@ pub enum EmitterDescription {
     Constant {
         /// Radiance.
         radiance: Rgb,
+    },
+    /// Radiance from an image over all directions; see [`crate::emitter::Environment`] for how it lies.
+    Environment {
+        /// Radiance.
+        bitmap: Arc<Bitmap>,
+        /// The map's own directions → world: orthonormal, mirrors allowed.
+        to_world: DMat3,
+        /// Factor on the radiance, ≥ 0.
+        scale: f32,
     },
 }
 

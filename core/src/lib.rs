@@ -2,7 +2,7 @@
 //!
 //! A path x̄ = x₀x₁…x_k starts on an emitter and ends on the sensor; a pixel is I_j = ∫_Ω f_j(x̄) dμ(x̄) over the space of
 //! all paths with the product area measure. This crate holds the terms of that integral: measures
-//! ([`measure`]), geometry and visibility ([`geometry`], [`scene`]), scattering ([`bsdf`]), emission ([`emitter`]), the sensor
+//! ([`measure`]), geometry and visibility ([`geometry`], [`scene`]), scattering ([`bsdf`]), [`texture`]s, emission ([`emitter`]), the sensor
 //! ([`sensor`]), densities and weights ([`path`], [`mis`]) and the [`film`]; and the seams that algorithms plug into ([`integrator`]).
 
 pub mod bsdf;
@@ -21,6 +21,7 @@ pub mod path;
 pub mod random;
 pub mod scene;
 pub mod sensor;
+pub mod texture;
 
 pub use color::Rgb;
 /// Vectors of the public items, re-exported so that a plug-in need not name their version.

@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use pathspace_core::description::*;
 use pathspace_core::emitter::NextDensity;
 use pathspace_core::math::{Frame, Ray};
 use pathspace_core::measure::{Edge, End};
 use pathspace_core::path::Vertex;
+use pathspace_core::texture::Bitmap;
 use pathspace_core::{Rgb, Scene};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -282,6 +283,50 @@ fn environment_is_sampled_uniformly() {
     let outcomes = vec![
         chi2::test("next event", &chart, [20, 20], SAMPLES, 500, direct, density),
         chi2::test("emission", &chart, [20, 20], SAMPLES, 501, emission, density),
+    ];
+    chi2::assert_none_rejected(outcomes, ALPHA);
+}
+
+/// An environment map with a dark part and a small sun, turned.
+pub fn painted_sky() -> EmitterDescription {
+    let mut data: Vec<f32> = (0..16 * 9 * 3).map(|i| (i % 7) as f32 * 0.1).collect();
+    data[..100].fill(0.0);
+    data[300..303].fill(20.0);
+    let bitmap = Bitmap::from_floats(16, 9, 3, data).unwrap();
+    let to_world = DMat3::from_quat(DQuat::from_rotation_x(0.8) * DQuat::from_rotation_y(0.3));
+    EmitterDescription::Environment { bitmap: Arc::new(bitmap), to_world, scale: 0.5 }
+}
+
+#[test]
+fn environment_maps_follow_their_density() {
+    let scene = emitters(None, vec![painted_sky(), lamp()]);
+    let mass = scene.emitters().mass(0).value();
+    let map = scene.emitters().environment().unwrap();
+    let density = |d: &Vec3| mass * map.pdf(*d).value();
+    let chart = chi2::zone(-1.0, 1.0);
+    let to = |vertex: &Vertex| match vertex {
+        Vertex::InfiniteEmitter { to, .. } => Some(*to),
+        _ => None,
+    };
+    let direct = |r: &mut Pcg64Mcg| {
+        let s = scene.sample_direct(Vec3::ZERO, r.random(), [r.random(), r.random()])?;
+        assert_eq!(s.pdf, scene.pdf_direct(Vec3::ZERO, &s.vertex));
+        if let Some(d) = to(&s.vertex) {
+            assert_eq!(s.radiance, map.radiance(d));
+            assert_eq!(s.radiance, scene.emitted_from(&s.vertex, -d));
+        }
+        to(&s.vertex)
+    };
+    let emission = |r: &mut Pcg64Mcg| {
+        let u = (r.random(), [r.random(), r.random()], [r.random(), r.random()]);
+        let s = scene.sample_emission(u.0, u.1, u.2)?;
+        assert_eq!(s.pdf, scene.pdf_emission_vertex(&s.vertex));
+        to(&s.vertex)
+    };
+    let cells = [20, 20];
+    let outcomes = vec![
+        chi2::test_with_edges("map, next event", &chart, cells, SAMPLES, 600, direct, density),
+        chi2::test_with_edges("map, emission", &chart, cells, SAMPLES, 601, emission, density),
     ];
     chi2::assert_none_rejected(outcomes, ALPHA);
 }

@@ -13,3 +13,4 @@ mod measure;
 mod paths;
 mod scatter;
 mod sensor;
+mod uv;

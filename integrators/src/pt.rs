@@ -204,7 +204,7 @@ impl<S: Sink> Walk<'_, S> {
         let scene = self.scene;
         let (radiance, emitter) = match hit {
             Some(point) => (scene.emitted(point, -d), point.emitter()),
-            None => (scene.emitters().background_radiance(), scene.emitters().background()),
+            None => (scene.emitters().background_radiance(d), scene.emitters().background()),
         };
         let Some(emitter) = emitter.filter(|_| !radiance.is_black()) else { return };
         let vertex = match hit {

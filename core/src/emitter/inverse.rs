@@ -35,9 +35,10 @@ impl Scene {
                     None => self.invert_area(point)?,
                 }
             }
-            (Emitter::Constant { .. }, Vertex::InfiniteEmitter { to, .. }) => {
-                warp::uniform_sphere_inverse(*to)
-            }
+            (
+                Emitter::Constant { .. } | Emitter::Environment { .. },
+                Vertex::InfiniteEmitter { to, .. },
+            ) => self.emitters().invert_background(*to)?,
             _ => free.next2(),
         };
         Some([pick, u, v])
@@ -53,9 +54,10 @@ impl Scene {
         let pick = self.emitters().invert_pick(emitter, free.next())?;
         let [u, v] = match (self.emitters().get(emitter), vertex) {
             (Emitter::Area { .. }, Vertex::Surface(point)) => self.invert_area(point)?,
-            (Emitter::Constant { .. }, Vertex::InfiniteEmitter { to, .. }) => {
-                warp::uniform_sphere_inverse(*to)
-            }
+            (
+                Emitter::Constant { .. } | Emitter::Environment { .. },
+                Vertex::InfiniteEmitter { to, .. },
+            ) => self.emitters().invert_background(*to)?,
             _ => free.next2(),
         };
         Some([pick, u, v])

@@ -6,18 +6,22 @@
 //! | point | radiant intensity I | counting | uniform direction |
 //! | directional | irradiance E across the beam | counting | uniform on the disk across the scene |
 //! | constant | radiance | solid angle | uniform on the disk across the scene |
+//! | environment | radiance of its direction | solid angle | uniform on the disk across the scene |
 //!
 //! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
 
 mod cone;
+pub(crate) mod environment;
 mod inverse;
 mod sample;
 
+pub use environment::Environment;
 pub use sample::{DirectSample, EmissionSample, NextDensity};
 
 use glam::Vec3;
 
 use crate::color::Rgb;
+use crate::math::warp;
 use crate::measure::{Area, Density, Mass};
 use crate::random::coordinate_between;
 use crate::scene::Ball;
@@ -51,6 +55,11 @@ pub enum Emitter {
         /// L_e.
         radiance: Rgb,
     },
+    /// Radiance from an image; the image itself is [`Emitters::environment`].
+    Environment {
+        /// Mean of L_e over all directions.
+        mean: Rgb,
+    },
 }
 
 impl Emitter {
@@ -61,7 +70,10 @@ impl Emitter {
 
     /// True where x₀ is at infinity.
     pub fn is_far(&self) -> bool {
-        matches!(self, Emitter::Constant { .. } | Emitter::Directional { .. })
+        matches!(
+            self,
+            Emitter::Constant { .. } | Emitter::Environment { .. } | Emitter::Directional { .. }
+        )
     }
 }
 
@@ -77,11 +89,17 @@ pub struct Emitters {
     background: Option<u32>,
     /// What beams from infinity cover.
     ball: Ball,
+    environment: Option<Environment>,
 }
 
 impl Emitters {
     /// `power` holds each emitter's power in the same arbitrary unit.
-    pub(crate) fn new(list: Vec<Emitter>, power: &[f64], ball: Ball) -> Self {
+    pub(crate) fn new(
+        list: Vec<Emitter>,
+        power: &[f64],
+        ball: Ball,
+        environment: Option<Environment>,
+    ) -> Self {
         let total: f64 = power.iter().sum();
         let mass: Vec<f64> =
             power.iter().map(|&p| if total > 0.0 { p / total } else { 0.0 }).collect();
@@ -92,8 +110,10 @@ impl Emitters {
                 Some(*sum)
             })
             .collect();
-        let background = list.iter().position(|e| matches!(e, Emitter::Constant { .. }));
-        Emitters { list, mass, cdf, background: background.map(|i| i as u32), ball }
+        let everywhere =
+            |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
+        let background = list.iter().position(everywhere).map(|i| i as u32);
+        Emitters { list, mass, cdf, background, ball, environment }
     }
 
     /// The emitters.
@@ -143,9 +163,8 @@ impl Emitters {
         Mass::new(self.mass[index as usize])
     }
 
-    /// L_e of an area emitter.
+    /// Radiance of an area emitter or of the same radiance from everywhere; black for others.
     #[inline]
-    /// Radiance of an area emitter or an environment; black for others.
     pub fn area_radiance(&self, index: u32) -> Rgb {
         match self.list[index as usize] {
             Emitter::Area { radiance, .. } | Emitter::Constant { radiance } => radiance,
@@ -153,10 +172,43 @@ impl Emitters {
         }
     }
 
-    /// Radiance of the environment.
+    /// The environment map, if there is one.
+    pub fn environment(&self) -> Option<&Environment> {
+        self.environment.as_ref()
+    }
+
+    /// Radiance of the surroundings from the unit direction `to`, which points to them.
     #[inline]
-    pub fn background_radiance(&self) -> Rgb {
-        self.background.map_or(Rgb::BLACK, |i| self.area_radiance(i))
+    pub fn background_radiance(&self, to: Vec3) -> Rgb {
+        match &self.environment {
+            Some(map) => map.radiance(to),
+            None => self.background.map_or(Rgb::BLACK, |i| self.area_radiance(i)),
+        }
+    }
+
+    /// Density with which directions to the surroundings are sampled: per solid angle, the own measure of a vertex at infinity.
+    #[inline]
+    pub(crate) fn background_pdf(&self, to: Vec3) -> Density<Area> {
+        match &self.environment {
+            Some(map) => Density::new(map.pdf(to).value()),
+            None => Density::new(0.25 / std::f64::consts::PI),
+        }
+    }
+
+    /// A direction to the surroundings.
+    pub(crate) fn sample_background(&self, u: [f32; 2]) -> Vec3 {
+        match &self.environment {
+            Some(map) => map.sample(u),
+            None => warp::uniform_sphere(u),
+        }
+    }
+
+    /// Numbers for which [`Emitters::sample_background`] gives a direction.
+    pub(crate) fn invert_background(&self, to: Vec3) -> Option<[f32; 2]> {
+        match &self.environment {
+            Some(map) => map.invert(to),
+            None => Some(warp::uniform_sphere_inverse(to)),
+        }
     }
 
     /// What beams from infinity cover.

@@ -106,9 +106,11 @@ impl Scene {
             Emitter::Directional { to, irradiance } => {
                 (Vertex::InfiniteEmitter { emitter, to }, irradiance, at_delta())
             }
-            Emitter::Constant { radiance } => {
-                let to = warp::uniform_sphere(u);
-                (Vertex::InfiniteEmitter { emitter, to }, radiance, Density::new(0.25 / PI))
+            Emitter::Constant { .. } | Emitter::Environment { .. } => {
+                let to = self.emitters().sample_background(u);
+                let radiance = self.emitters().background_radiance(to);
+                let pdf = self.emitters().background_pdf(to);
+                (Vertex::InfiniteEmitter { emitter, to }, radiance, pdf)
             }
         };
         Some(DirectSample { vertex, emitter, radiance, pdf: pdf * mass })
@@ -121,7 +123,10 @@ impl Scene {
             (Emitter::Area { shape, .. }, Vertex::Surface(point)) => {
                 self.pdf_shape_from(shape, reference, point)
             }
-            (Emitter::Constant { .. }, _) => Density::new(0.25 / PI),
+            (
+                Emitter::Constant { .. } | Emitter::Environment { .. },
+                Vertex::InfiniteEmitter { to, .. },
+            ) => self.emitters().background_pdf(*to),
             _ => at_delta(),
         };
         pdf * self.emitters().mass(emitter)
@@ -177,8 +182,10 @@ impl Scene {
                 cos: 1.0,
             },
             Emitter::Directional { to, irradiance } => beam(to, irradiance, at_delta()),
-            Emitter::Constant { radiance } => {
-                beam(warp::uniform_sphere(position), radiance, Density::new(0.25 / PI))
+            Emitter::Constant { .. } | Emitter::Environment { .. } => {
+                let to = self.emitters().sample_background(position);
+                let radiance = self.emitters().background_radiance(to);
+                beam(to, radiance, self.emitters().background_pdf(to))
             }
         })
     }
@@ -186,10 +193,15 @@ impl Scene {
     /// Density of x₀ in its own measure when a light subpath starts (s ≥ 2), choice of emitter included.
     pub fn pdf_emission_vertex(&self, vertex: &Vertex) -> Density<Area> {
         let Some(emitter) = vertex.emitter() else { return Density::ZERO };
-        let pdf = match *self.emitters().get(emitter) {
-            Emitter::Area { shape, .. } => Density::new(1.0 / self.shapes()[shape as usize].area),
-            Emitter::Constant { .. } => Density::new(0.25 / PI),
-            Emitter::Point { .. } | Emitter::Directional { .. } => at_delta(),
+        let pdf = match (*self.emitters().get(emitter), vertex) {
+            (Emitter::Area { shape, .. }, _) => {
+                Density::new(1.0 / self.shapes()[shape as usize].area)
+            }
+            (
+                Emitter::Constant { .. } | Emitter::Environment { .. },
+                Vertex::InfiniteEmitter { to, .. },
+            ) => self.emitters().background_pdf(*to),
+            _ => at_delta(),
         };
         pdf * self.emitters().mass(emitter)
     }
@@ -218,14 +230,17 @@ impl Scene {
     pub fn emitted_from(&self, vertex: &Vertex, d: Vec3) -> Rgb {
         match vertex {
             Vertex::Surface(point) => self.emitted(point, d),
-            Vertex::PointEmitter { emitter, .. } | Vertex::InfiniteEmitter { emitter, .. } => {
-                match *self.emitters().get(*emitter) {
-                    Emitter::Point { intensity, .. } => intensity,
-                    Emitter::Directional { irradiance, .. } => irradiance,
-                    Emitter::Constant { radiance } => radiance,
-                    Emitter::Area { .. } => Rgb::BLACK,
+            Vertex::PointEmitter { emitter, .. } => match *self.emitters().get(*emitter) {
+                Emitter::Point { intensity, .. } => intensity,
+                _ => Rgb::BLACK,
+            },
+            Vertex::InfiniteEmitter { emitter, to } => match *self.emitters().get(*emitter) {
+                Emitter::Directional { irradiance, .. } => irradiance,
+                Emitter::Constant { .. } | Emitter::Environment { .. } => {
+                    self.emitters().background_radiance(*to)
                 }
-            }
+                _ => Rgb::BLACK,
+            },
             Vertex::Sensor { .. } => Rgb::BLACK,
         }
     }

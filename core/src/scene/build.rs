@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
-use super::check::{check_film, check_shape};
+use super::check::{check_environment, check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
 use super::warnings::Sizes;
 use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::description::*;
-use crate::emitter::{Emitter, Emitters};
+use crate::emitter::{Emitter, Emitters, Environment};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::sensor::Sensor;
 
@@ -42,7 +42,7 @@ impl Scene {
         for (index, e) in description.emitters.iter().enumerate() {
             builder.add_emitter(index, e)?;
         }
-        let Builder { primitives, shapes, prim_shape, emitters, power, .. } = builder;
+        let Builder { primitives, shapes, prim_shape, emitters, power, environment, .. } = builder;
         let sizes = Sizes::of(description, normalisation);
         let warnings = sizes.warnings(&sensor, &emitters, &ball);
         let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
@@ -51,7 +51,7 @@ impl Scene {
             shapes,
             prim_shape,
             materials,
-            emitters: Emitters::new(emitters, &power, ball),
+            emitters: Emitters::new(emitters, &power, ball, environment),
             sensor,
             film: description.film,
             normalisation,
@@ -178,6 +178,7 @@ struct Builder {
     prim_shape: Vec<u32>,
     emitters: Vec<Emitter>,
     power: Vec<f64>,
+    environment: Option<Environment>,
 }
 
 impl Default for Normalisation {
@@ -228,6 +229,7 @@ impl Builder {
             sign: if s.flip_normals { -1.0 } else { 1.0 },
             area,
             first,
+            around: around(s),
         });
         Ok(())
     }
@@ -378,8 +380,8 @@ impl Builder {
         let scale = self.normalisation.scale;
         let colour_ok = |c: Rgb| c.is_finite() && c.r >= 0.0 && c.g >= 0.0 && c.b >= 0.0;
         let disk = PI * (self.ball.radius as f64).powi(2);
-        let (emitter, power) = match *e {
-            EmitterDescription::Point { position, intensity } => {
+        let (emitter, power) = match e {
+            &EmitterDescription::Point { position, intensity } => {
                 if !position.is_finite() || !colour_ok(intensity) {
                     return bad(
                         "position or intensity of the point light is not finite and non-negative",
@@ -389,7 +391,7 @@ impl Builder {
                 let intensity = intensity * (scale * scale) as f32;
                 (Emitter::Point { position, intensity }, 4.0 * PI * intensity.mean() as f64)
             }
-            EmitterDescription::Directional { direction, irradiance } => {
+            &EmitterDescription::Directional { direction, irradiance } => {
                 let to = -direction.normalize_or_zero();
                 if to == DVec3::ZERO || !to.is_finite() || !colour_ok(irradiance) {
                     return bad("direction or irradiance of the directional light is not finite");
@@ -397,19 +399,36 @@ impl Builder {
                 let to = to.as_vec3();
                 (Emitter::Directional { to, irradiance }, disk * irradiance.mean() as f64)
             }
-            EmitterDescription::Constant { radiance } => {
+            &EmitterDescription::Constant { radiance } => {
                 if !colour_ok(radiance) {
                     return bad("radiance of the environment is not finite and non-negative");
                 }
-                if self.emitters.iter().any(|e| matches!(e, Emitter::Constant { .. })) {
+                if self.has_environment() {
                     return bad("a scene has one environment only");
                 }
                 (Emitter::Constant { radiance }, 4.0 * PI * disk * radiance.mean() as f64)
+            }
+            EmitterDescription::Environment { bitmap, to_world, scale } => {
+                if let Some(problem) = check_environment(bitmap, to_world, *scale) {
+                    return Err(SceneError::Emitter { index, problem });
+                }
+                if self.has_environment() {
+                    return bad("a scene has one environment only");
+                }
+                let map = Environment::new(bitmap.clone(), *to_world, *scale);
+                let mean = map.mean();
+                self.environment = Some(map);
+                (Emitter::Environment { mean }, 4.0 * PI * disk * mean.mean() as f64)
             }
         };
         self.emitters.push(emitter);
         self.power.push(power);
         Ok(())
+    }
+
+    fn has_environment(&self) -> bool {
+        let is = |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
+        self.emitters.iter().any(is)
     }
 }
 
@@ -421,6 +440,21 @@ fn normal_transform(m: DMat3) -> DMat3 {
         m.z_axis.cross(m.x_axis) * det,
         m.x_axis.cross(m.y_axis) * det,
     )
+}
+
+/// Where φ is 0 and π/2 about a cylinder: the tangents of its own axis by Duff et al., "Building an Orthonormal Basis, Revisited" (2017),
+/// as Mitsuba lays its texture coordinates.
+fn around(s: &ShapeDescription) -> [Vec3; 2] {
+    let ShapeGeometry::Cylinder { p0, p1, .. } = &s.geometry else { return [Vec3::ZERO; 2] };
+    let n = (*p1 - *p0).normalize();
+    let sign = 1f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        DVec3::new(b, sign + n.y * n.y * a, -n.y),
+    ]
+    .map(|t| s.to_world.transform_vector3(t).normalize_or_zero().as_vec3())
 }
 
 /// By how much a transform stretches a cylinder of this axis across it.

@@ -1,10 +1,35 @@
 //! Checks of what a description says of its film and its shapes.
 
+use glam::DMat3;
+
 use super::SceneError;
 use crate::description::*;
+use crate::emitter::environment;
+use crate::texture::Bitmap;
 
 pub(super) fn check_film(film: &FilmDescription) -> Result<(), SceneError> {
     film.problem().map_or(Ok(()), |problem| Err(SceneError::Film { problem }))
+}
+
+/// What is wrong with an environment map.
+pub(super) fn check_environment(bitmap: &Bitmap, to_world: &DMat3, scale: f32) -> Option<String> {
+    let (w, h) = (bitmap.width(), bitmap.height());
+    if w > environment::MAX_SIZE || h > environment::MAX_SIZE {
+        let most = environment::MAX_SIZE;
+        return Some(format!("an environment of {w} × {h} texels is larger than {most} × {most}"));
+    }
+    if bitmap.min() < 0.0 {
+        return Some(format!("an environment has the negative radiance {}", bitmap.min()));
+    }
+    if !(scale >= 0.0 && (bitmap.max() * scale).is_finite()) {
+        return Some(format!("the scale {scale} of the environment is negative or too large"));
+    }
+    let gram = to_world.transpose() * *to_world;
+    let off = (gram - DMat3::IDENTITY).to_cols_array();
+    if !off.iter().all(|v| v.abs() < 1e-6) {
+        return Some("to_world of the environment is no rotation".into());
+    }
+    None
 }
 
 pub(super) fn check_shape(shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {

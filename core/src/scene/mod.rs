@@ -7,6 +7,7 @@ mod curvature;
 mod inverse;
 mod shape;
 mod surface;
+mod uv;
 mod warnings;
 
 pub use chart::Chart;

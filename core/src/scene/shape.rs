@@ -19,6 +19,8 @@ pub struct Shape {
     pub(crate) area: f64,
     /// First primitive in the tree's numbering.
     pub(crate) first: u32,
+    /// Of a cylinder: the directions from its axis at which φ is 0 and π/2.
+    pub(crate) around: [Vec3; 2],
 }
 
 #[derive(Clone, Debug)]
