@@ -172,6 +172,16 @@ pub enum SceneFileError {
     /// A note of the reader where it is strict.
     #[error("{0} (an error because of --strict)")]
     Strict(Box<Note>),
+    /// An image file that cannot be used.
+    #[error("{place}: image \"{}\" {reason}", shortened(.file))]
+    Image {
+        /// The element that refers to it.
+        place: Place,
+        /// The file.
+        file: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// A scene that is well-formed but makes no sense.
     #[error("{place}: {reason}")]
     Scene {

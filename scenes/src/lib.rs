@@ -21,6 +21,7 @@
 //! `scenes/README.md` lists what is understood and which facts about Mitsuba 3.9.1 it follows.
 #![warn(missing_docs)]
 
+mod bitmap;
 pub mod error;
 pub mod library;
 mod load;

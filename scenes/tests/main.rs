@@ -1,6 +1,7 @@
 //! Integration tests of the reader: one binary, a module per subject.
 
 mod bad_input;
+mod features;
 mod meshes;
 mod mutated;
 mod plugins;

@@ -116,6 +116,19 @@ impl Bitmap {
         }
     }
 
+    /// The bitmap with 0 for negative values, and how many there were.
+    pub fn without_negatives(&self) -> (Bitmap, usize) {
+        let mut bitmap = self.clone();
+        let mut count = 0;
+        if let Texels::Floats(data) = &mut bitmap.texels {
+            for v in data.iter_mut().filter(|v| **v < 0.0) {
+                *v = 0.0;
+                count += 1;
+            }
+        }
+        (bitmap, count)
+    }
+
     /// Mean of all texels.
     pub fn mean(&self) -> Rgb {
         let mut sum = [0.0f64; 3];

@@ -163,6 +163,7 @@ fn name_of(emitter: &Emitter) -> &'static str {
         Emitter::Point { .. } => "a point light",
         Emitter::Directional { .. } => "a directional light",
         Emitter::Constant { .. } => "a constant environment",
+        Emitter::Environment { .. } => "an environment map",
     }
 }
 

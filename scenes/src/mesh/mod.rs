@@ -4,10 +4,12 @@ mod finish;
 mod normals;
 mod obj;
 mod ply;
+mod serialized;
 
 pub(crate) use finish::{Options, finish};
 pub(crate) use obj::read_obj;
 pub(crate) use ply::read_ply;
+pub(crate) use serialized::read_serialized;
 
 /// A mesh as the file gives it; polygons are triangulated as fans.
 #[derive(Debug, Default, PartialEq)]
@@ -19,6 +21,8 @@ pub(crate) struct RawMesh {
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Indices below the number of positions.
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// The file wants it faceted.
+    pub(crate) face_normals: bool,
     /// What was odd about the file, one line each.
     pub(crate) notes: Vec<String>,
 }

@@ -155,6 +155,7 @@ fn drop_short_attributes(
         normals: mesh.normals.as_chunks::<3>().0.to_vec(),
         uvs: mesh.texcoords.as_chunks::<2>().0.to_vec(),
         triangles: mesh.indices.as_chunks::<3>().0.to_vec(),
+        face_normals: false,
         notes: Vec::new(),
     };
     if raw.triangles.is_empty() {

@@ -1,12 +1,15 @@
 //! Emitters: on a surface and on their own.
 
-use glam::DVec3;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
 use pathspace_core::Rgb;
 use pathspace_core::description::EmitterDescription;
 
 use super::props::Props;
 use super::{Context, support};
 use crate::error::{Result, SceneFileError};
+use crate::note::NoteKind;
 
 /// Radiance of the area emitter with this index, nested in a shape.
 pub(super) fn read_area(context: &mut Context<'_>, index: usize) -> Result<Rgb> {
@@ -56,9 +59,50 @@ pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<Emitt
             }
         }
         "constant" => EmitterDescription::Constant { radiance: props.light(context, "radiance")? },
+        "envmap" => environment(context, &mut props)?,
         _ => return Err(support::unknown(object)),
     };
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
     props.finish(context)?;
     Ok(emitter)
+}
+
+/// Radiance from an image over all directions.
+fn environment(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<EmitterDescription> {
+    let Some(name) = props.string("filename")? else {
+        return Err(props.error("needs the property \"filename\""));
+    };
+    let mut bitmap = context.bitmap(name, false, props.place())?;
+    if bitmap.min() < 0.0 {
+        let (cut, count) = bitmap.without_negatives();
+        let text = format!("image \"{name}\": {count} negative values of radiance count as 0");
+        context.note(NoteKind::Mended, text, props.place());
+        bitmap = Arc::new(cut);
+    }
+    let scale = props.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(props.refuse("scale", "a number ≥ 0"));
+    }
+    let to_world = match props.transform("to_world")? {
+        Some(t) => rotation(props, t.matrix3)?,
+        None => DMat3::IDENTITY,
+    };
+    props.ignore(context, &["mis_compensation"], "all radiance is sampled");
+    let old = ["cache", "gamma"];
+    props.ignore(context, &old, "the image is read as it is");
+    Ok(EmitterDescription::Environment { bitmap, to_world, scale: scale as f32 })
+}
+
+/// The turn of a transform that may scale alike along all axes and mirror.
+fn rotation(props: &Props<'_>, m: DMat3) -> Result<DMat3> {
+    let size = m.determinant().abs().cbrt();
+    let m = m * (1.0 / size);
+    let off = (m.transpose() * m - DMat3::IDENTITY).to_cols_array();
+    if !off.iter().all(|v| v.abs() < 1e-3) {
+        let reason = "an environment can be turned and mirrored, not stretched or sheared";
+        return Err(props.complain("to_world", reason));
+    }
+    let z = m.z_axis.normalize();
+    let y = (m.y_axis - z * m.y_axis.dot(z)).normalize();
+    Ok(DMat3::from_cols(y.cross(z) * m.determinant().signum(), y, z))
 }

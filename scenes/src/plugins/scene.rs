@@ -9,7 +9,7 @@ use pathspace_core::description::{
 use super::integrator::{self, RenderDefaults};
 use super::props::Props;
 use super::shape::Material;
-use super::{Context, bsdf, emitter, sensor, shape, support};
+use super::{Context, bsdf, emitter, group, sensor, support};
 use crate::error::{Place, Result, SceneFileError};
 use crate::note::NoteKind;
 use crate::xml::value::Value;
@@ -66,12 +66,15 @@ pub(crate) fn read_scene(
         }
     }
     for (index, _) in props.nested("shape")? {
-        let Some(mut shape) = shape::read(context, index)? else { continue };
-        shape.description.material = match shape.material {
-            Material::Object(bsdf) => materials.object(context, &mut scene, bsdf)?,
-            Material::Default(kind) => materials.unnamed(&mut scene, kind),
-        };
-        scene.shapes.push(shape.description);
+        let mut all = Vec::new();
+        group::read(context, index, &mut all)?;
+        for mut shape in all {
+            shape.description.material = match shape.material {
+                Material::Object(bsdf) => materials.object(context, &mut scene, bsdf)?,
+                Material::Default(kind) => materials.unnamed(&mut scene, kind),
+            };
+            scene.shapes.push(shape.description);
+        }
     }
     // Objects that stand here for others to refer to.
     for class in ["texture", "sampler", "film", "rfilter", "medium", "volume", "phase"] {
@@ -121,7 +124,12 @@ fn read_emitters(
 ) -> Result<()> {
     for (index, place) in free_emitters(props)? {
         let emitter = emitter::read_free(context, index)?;
-        let constant = |e: &EmitterDescription| matches!(e, EmitterDescription::Constant { .. });
+        let constant = |e: &EmitterDescription| {
+            matches!(
+                e,
+                EmitterDescription::Constant { .. } | EmitterDescription::Environment { .. }
+            )
+        };
         if constant(&emitter) && scene.emitters.iter().any(constant) {
             return Err(SceneFileError::Scene {
                 place: place.clone(),

@@ -12,7 +12,6 @@
 //!   triangle is counter-clockwise, so a mirrored mesh is turned inside out;
 //! - `flip_normals` turns all of them round.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
@@ -21,7 +20,7 @@ use pathspace_core::description::{MaterialKind, ShapeDescription, ShapeGeometry}
 
 use super::props::Props;
 use super::{Context, emitter, support, tube};
-use crate::error::{Result, SceneFileError};
+use crate::error::{Place, Result, SceneFileError};
 use crate::mesh::{self, RawMesh};
 use crate::note::NoteKind;
 
@@ -39,13 +38,18 @@ pub(super) enum Material {
     Default(MaterialKind),
 }
 
-/// Reads the shape with this index.
+/// Reads the shape with this index, which stands in a group that `outer` moves into the world.
 ///
 /// `None` for a mesh without area, which nothing can see.
-pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Option<Shape>> {
+pub(super) fn read(
+    context: &mut Context<'_>,
+    index: usize,
+    outer: &DAffine3,
+) -> Result<Option<Shape>> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);
-    let mut to_world = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let own = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let mut to_world = *outer * own;
     let mut flip_normals = props.boolean("flip_normals")?.unwrap_or(false);
     let geometry = match object.plugin.as_str() {
         plain @ ("rectangle" | "cube") => {
@@ -59,7 +63,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Option<Sha
             sphere(context, &mut props, &mut to_world)?
         }
         "cylinder" => cylinder(context, &mut props, &to_world)?,
-        "obj" | "ply" => match mesh_file(context, &mut props, &to_world)? {
+        "obj" | "ply" | "serialized" => match mesh_file(context, &mut props, &to_world)? {
             Some(mesh) => mesh,
             None => return Ok(None),
         },
@@ -153,8 +157,9 @@ fn mesh_file(
     let Some(name) = props.string("filename")? else {
         return Err(props.error("needs the property \"filename\""));
     };
-    let is_obj = props.object.plugin == "obj";
-    let face_normals = props.boolean("face_normals")?.unwrap_or(false);
+    let kind = props.object.plugin.as_str();
+    let is_obj = kind == "obj";
+    let mut face_normals = props.boolean("face_normals")?.unwrap_or(false);
     // OBJ files have v upwards; Mitsuba turns it by default for OBJ and not for PLY.
     let flip_v = props.boolean("flip_tex_coords")?.unwrap_or(is_obj);
     if props.object.old {
@@ -165,7 +170,12 @@ fn mesh_file(
         }
         props.ignore(context, &["collapse"], "each element makes one mesh");
     }
-    let raw = read_mesh(context, props, name, is_obj)?;
+    let index = match kind {
+        "serialized" => props.count("shape_index", 0, u32::MAX)?.unwrap_or(0),
+        _ => 0,
+    };
+    let raw = read_mesh(context, props, name, index)?;
+    face_normals |= raw.face_normals;
     let mut notes = Vec::new();
     let options = mesh::Options { face_normals, flip_v };
     let data = mesh::finish(&raw, to_world, &options, &mut notes).map_err(|reason| {
@@ -182,17 +192,32 @@ fn read_mesh(
     context: &mut Context<'_>,
     props: &Props<'_>,
     name: &str,
-    is_obj: bool,
+    index: u32,
 ) -> Result<Arc<RawMesh>> {
     let path = context.files.resolve(name);
-    if let Some(mesh) = context.meshes.get(&path) {
+    if let Some(mesh) = context.meshes.get(&(path.clone(), index)) {
         return Ok(mesh.clone());
     }
-    let bytes = context.files.read(&path, props.place())?;
-    context.files.hash(&bytes);
-    let file = Path::new(&path).display().to_string();
-    let raw = if is_obj { mesh::read_obj(bytes, &file)? } else { mesh::read_ply(&bytes, &file)? };
+    let file = path.display().to_string();
+    let raw = match props.object.plugin.as_str() {
+        "serialized" => {
+            let bytes = context.shared_file(&path, props.place())?;
+            mesh::read_serialized(&bytes, index).map_err(|reason| SceneFileError::Mesh {
+                place: Place::file(file),
+                reason: format!("mesh {index}: the file {reason}"),
+            })?
+        }
+        kind => {
+            let bytes = context.files.read(&path, props.place())?;
+            context.files.hash(&bytes);
+            if kind == "obj" {
+                mesh::read_obj(bytes, &file)?
+            } else {
+                mesh::read_ply(&bytes, &file)?
+            }
+        }
+    };
     let raw = Arc::new(raw);
-    context.meshes.insert(path, raw.clone());
+    context.meshes.insert((path, index), raw.clone());
     Ok(raw)
 }

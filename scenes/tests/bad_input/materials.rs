@@ -108,9 +108,9 @@ fn broken_materials_and_lights() {
             "bad.xml:5: shape \"sphere\" has more than one <emitter>",
         ),
         (
-            scene("<emitter type=\"envmap\"/>"),
+            scene("<emitter type=\"laser\"/>"),
             vec![],
-            "bad.xml:3: emitter type \"envmap\" is not understood; known: area, constant, directional, point",
+            "bad.xml:3: emitter type \"laser\" is not understood; known: area, constant, directional, envmap, point",
         ),
         (
             scene(

@@ -131,7 +131,7 @@ fn media_and_refused_plug_ins_are_told_with_the_reason() {
         ),
         plain(
             "<shape type=\"linearcurve\"/>",
-            "bad.xml:3: shape type \"linearcurve\" is not understood (there are no curves); known: cube, cylinder, disk, obj, ply, rectangle, sphere",
+            "bad.xml:3: shape type \"linearcurve\" is not understood (there are no curves); known: cube, cylinder, disk, instance, merge, obj, ply, rectangle, serialized, shapegroup, sphere",
         ),
         plain(
             "<shape type=\"cube\"><bsdf type=\"polarizer\"/></shape>",

@@ -44,7 +44,7 @@ fn broken_xml_and_structure() {
         (
             scene("<shape type=\"teapot\"/>"),
             vec![],
-            "bad.xml:3: shape type \"teapot\" is not understood; known: cube, cylinder, disk, obj, ply, rectangle, sphere",
+            "bad.xml:3: shape type \"teapot\" is not understood; known: cube, cylinder, disk, instance, merge, obj, ply, rectangle, serialized, shapegroup, sphere",
         ),
         (
             scene("<shape type=\"cube\" colour=\"red\"/>"),
@@ -99,7 +99,7 @@ fn broken_xml_and_structure() {
         (
             scene("<include filename=\"in.xml\"/>"),
             vec![("in.xml", b"<scene version=\"3.0.0\">\n\n<shape type=\"tube\"/></scene>")],
-            "in.xml:3: shape type \"tube\" is not understood; known: cube, cylinder, disk, obj, ply, rectangle, sphere",
+            "in.xml:3: shape type \"tube\" is not understood; known: cube, cylinder, disk, instance, merge, obj, ply, rectangle, serialized, shapegroup, sphere",
         ),
         (
             scene("<include filename=\"self.xml\"/>"),
