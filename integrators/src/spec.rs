@@ -191,8 +191,20 @@ impl<'a> Options<'a> {
         default: u64,
         range: std::ops::RangeInclusive<u64>,
     ) -> Result<u64, SpecError> {
-        let Some(value) = self.raw(key) else { return Ok(default) };
-        value.parse().ok().filter(|v| range.contains(v)).ok_or_else(|| {
+        Ok(self.optional_integer(key, range)?.unwrap_or(default))
+    }
+
+    /// An integer in a range; `None` where it is not given.
+    ///
+    /// # Errors
+    /// [`SpecError::BadValue`] for what is no integer or outside.
+    pub fn optional_integer(
+        &mut self,
+        key: &'static str,
+        range: std::ops::RangeInclusive<u64>,
+    ) -> Result<Option<u64>, SpecError> {
+        let Some(value) = self.raw(key) else { return Ok(None) };
+        value.parse().ok().filter(|v| range.contains(v)).map(Some).ok_or_else(|| {
             let expected = format!("an integer from {} to {}", range.start(), range.end());
             self.bad(key, value, &expected)
         })

@@ -31,7 +31,7 @@ fn integrators() -> Vec<Box<dyn Integrator>> {
         "mlt:max_depth=5,chains=40,bootstrap=3000,target=two-stage",
         "erpt:seeds=bdpt,mutations=20",
         "pssmlt:bootstrap=3000,chains=77,stratify=true",
-        "pssmlt:over=pt,bootstrap=3000,kernel=gaussian,mis=false,refine=true,target=two-stage",
+        "pssmlt:over=pt,bootstrap=3000,kernel=gaussian,mis=false,rounds=one,target=two-stage",
     ]
     .map(|spec| Registry::builtin().create(&spec.parse().unwrap(), &Defaults::default()).unwrap())
     .into()

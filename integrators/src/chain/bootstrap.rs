@@ -127,7 +127,7 @@ pub fn bootstrap<T: ChainTarget>(
         result.nonfinite.1.extend(batch.nonfinite.into_iter().take(room));
         candidates.extend(batch.candidates);
     }
-    candidates.sort_unstable_by_key(|(item, c)| (c.key, *item, c.index));
+    candidates.par_sort_unstable_by_key(|(item, c)| (c.key, *item, c.index));
     let (items, candidates): (Vec<u64>, Vec<Candidate>) = candidates.into_iter().unzip();
     let start = |one: Deal| Start {
         sample: items[one.candidate],

@@ -43,10 +43,6 @@ pub struct Chain<S> {
     owed: f64,
     /// Statistics by kind of mutation.
     pub tallies: Vec<Tally>,
-    /// Σ W and ΣW² of independent proposals, and their number.
-    pub independent: [f64; 2],
-    /// Number of independent proposals.
-    pub independent_count: u64,
 }
 
 impl<S: Clone + Send> Chain<S> {
@@ -57,8 +53,6 @@ impl<S: Clone + Send> Chain<S> {
             weight: 1.0,
             owed: 0.0,
             tallies: vec![Tally::default(); kinds],
-            independent: [0.0; 2],
-            independent_count: 0,
         }
     }
 
@@ -123,11 +117,6 @@ impl<S: Clone + Send> Chain<S> {
         if let Some(tally) = self.tallies.get_mut(proposal.kind as usize) {
             tally.tried += 1;
             tally.possible += u64::from(proposal.state.is_some());
-        }
-        if let Some(w) = proposal.independent {
-            self.independent[0] += w;
-            self.independent[1] += w * w;
-            self.independent_count += 1;
         }
     }
 }

@@ -3,7 +3,8 @@
 //! A chain's states x are samples of some space with a target density f*/b, b = ∫f*. N bootstrap samples x_i ~ p with W_i = f*(x_i)/p(x_i) give
 //! b̂ = ΣW_i/N; chains start at X₀ ∝ W_i. Then E[b̂ h(X_n)] = ∫ f* h for every n and every N ≥ 1 (Veach 1997, §11.3.1), so that
 //! a mutation that emits b̂ f_j(x)/f*(x) estimates I_j without bias. Nothing is ever rescaled afterwards. Starts of one path length have chains of
-//! their own, as many as their share of b̂ rounded to at least one, and weights that make the share exact.
+//! their own, as many as their share of b̂ rounded to at least one, and weights that make the share exact. A run is cut into independent rounds of growing
+//! size, each with a bootstrap and chains of its own, so that the error of b̂ falls with the rest.
 //!
 //! | step | file |
 //! | --- | --- |
@@ -12,6 +13,7 @@
 //! | bootstrap | `bootstrap` |
 //! | what one bootstrap sample offers | `candidates` |
 //! | starts, and the weights of chains | `deal` |
+//! | how a run is cut into rounds | [`rounds`] |
 //! | steps on all threads, checkpoints | `run` |
 //! | bytes of checkpoints | `codec` |
 //! | two-stage targets | `image` |
@@ -22,6 +24,7 @@ mod codec;
 mod deal;
 mod image;
 mod markov;
+pub mod rounds;
 mod run;
 
 pub use bootstrap::{Bootstrap, Start, bootstrap};
@@ -108,8 +111,6 @@ pub struct Proposal<S> {
     /// Weight of y as a sample that does not depend on the chain, in units of f*: f*(y)/p(y) times its share
     /// (Kelemen et al. 2002, §5), not multiplied by b̂. 0 for moves that depend on x.
     pub weight_independent: f64,
-    /// W(y) = f*(y)/p(y) where y was drawn independently of x, 0 included: refines b̂ by option.
-    pub independent: Option<f64>,
     /// Index of the mutation in [`ChainTarget::kinds`].
     pub kind: u8,
     /// The contribution that was not finite, if that is why there is no state: counted and reported, never part of a chain.
@@ -117,10 +118,10 @@ pub struct Proposal<S> {
 }
 
 impl<S> Proposal<S> {
-    /// The move to `state` with acceptance a and the weights of expected values, 1 − a and a.
+    /// The move to `state` with acceptance a, at most 1, and the weights of expected values, 1 − a and a. An acceptance that is not a number (0·∞ where
+    /// ratios leave the range) counts as 0: `f64::clamp` would hand it on into every weight.
     pub fn new(state: S, acceptance: f64, kind: u8) -> Self {
-        debug_assert!(!acceptance.is_nan(), "states have finite f*");
-        let a = acceptance.clamp(0.0, 1.0);
+        let a = if acceptance > 0.0 { acceptance.min(1.0) } else { 0.0 };
         Proposal {
             state: Some(state),
             acceptance: a,
@@ -138,7 +139,6 @@ impl<S> Proposal<S> {
             weight_current: 1.0,
             weight_proposed: 0.0,
             weight_independent: 0.0,
-            independent: None,
             kind,
             nonfinite: None,
         }

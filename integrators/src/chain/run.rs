@@ -1,77 +1,96 @@
-//! Many chains on all threads.
+//! Rounds of many chains on all threads.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pathspace_core::Scene;
 use pathspace_core::color::Rgb;
+use pathspace_core::description::Crop;
 use pathspace_core::driver::{self, Work};
 use pathspace_core::film::{Chunk, Contribution, Families, Film, Sink};
 use pathspace_core::integrator::{IntegratorError, Run, State};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
+use rayon::prelude::*;
 
 use super::bootstrap::bootstrap;
+use super::rounds::{Round, Rounds};
 use super::{Chain, ChainTarget, Reader, Tally, Writer};
 use crate::spec::{Options, SpecError};
 
 /// Mutations of one chain that are kept in memory before the film takes them.
-const ROUND: u64 = 8192;
+const PORTION: u64 = 8192;
 
 /// First bytes of a checkpoint; changes with its layout.
-const FORMAT: u32 = 0x4348_0002;
+const FORMAT: u32 = 0x4348_0003;
+
+/// Sets the seeds of rounds apart from others that follow from the run's.
+const ROUND_SEEDS: u64 = u64::MAX - 4;
 
 /// Options that every integrator with chains has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChainOptions {
-    /// Number of chains.
-    pub chains: u64,
-    /// Number of bootstrap samples.
-    pub bootstrap: u64,
-    /// Let independent proposals refine b̂ after each step. The image is then consistent, not unbiased.
-    pub refine: bool,
+    /// Number of chains; `None`: as many as the size of the round allows.
+    pub chains: Option<u64>,
+    /// Number of bootstrap samples of the first round; `None`: by the size of the film.
+    pub bootstrap: Option<u64>,
+    /// Rounds of growing size ([`Rounds`]). Else there is one without end, whose b̂ never gets better.
+    pub rounds: bool,
 }
 
 impl Default for ChainOptions {
     fn default() -> Self {
-        ChainOptions { chains: 1024, bootstrap: 100_000, refine: false }
+        ChainOptions { chains: None, bootstrap: None, rounds: true }
     }
 }
 
 impl ChainOptions {
-    /// From options: `chains`, `bootstrap`, `refine`.
+    /// From options: `chains`, `bootstrap`, `rounds` = grow | one.
     ///
     /// # Errors
     /// [`SpecError::BadValue`].
     pub fn from_options(options: &mut Options<'_>) -> Result<Self, SpecError> {
-        let default = ChainOptions::default();
         Ok(ChainOptions {
-            chains: options.integer("chains", default.chains, 1..=1 << 20)?,
-            bootstrap: options.integer("bootstrap", default.bootstrap, 1..=1 << 30)?,
-            refine: options.boolean("refine", default.refine)?,
+            chains: options.optional_integer("chains", 1..=1 << 20)?,
+            bootstrap: options.optional_integer("bootstrap", 1..=1 << 30)?,
+            rounds: options.choice("rounds", &[("grow", true), ("one", false)])?,
         })
     }
 }
 
 /// A run of many chains.
 ///
-/// A step is one mutation per pixel in all. After n steps of M mutations chain c of C has done ⌊(nM + c)/C⌋ of them, so that chains share the
-/// work to one mutation whatever M and C are. The numbers of chain c in step n come from (seed, n, c), c plus a
-/// multiple of C where a step is so long that it is cut into rounds.
+/// A step is one mutation per pixel in all. After n steps of M mutations in a round chain c of C has done ⌊(nM + c)/C⌋ of them, so that chains share the
+/// work to one mutation whatever M and C are. The numbers of chain c in step n of the run come from (seed, n, c), c plus a
+/// multiple of C where a step is so long that it is cut into portions.
 pub struct ChainRun<T: ChainTarget> {
     target: T,
     scene: Arc<Scene>,
     seed: u64,
     step: u64,
-    options: ChainOptions,
+    rounds: Rounds,
+    past: Past,
     started: Option<Started<T::State>>,
     prepared: bool,
 }
 
-/// What the bootstrap leaves behind.
+/// What the bootstrap of a round leaves behind.
 struct Started<S> {
-    samples: u64,
+    round: Round,
     sum: f64,
     sum2: f64,
     chains: Vec<Mutex<Chain<S>>>,
+}
+
+/// What people are told of the rounds that have ended; nothing depends on it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Past {
+    /// Their steps, n_r in all.
+    steps: u64,
+    /// Σ n_r b̂_r.
+    sum: f64,
+    /// Σ n_r² times the squared standard error of b̂_r.
+    variance: f64,
+    /// By kind of mutation.
+    tallies: Vec<Tally>,
 }
 
 impl<T: ChainTarget> ChainRun<T> {
@@ -88,46 +107,54 @@ impl<T: ChainTarget> ChainRun<T> {
         state: &State,
         options: ChainOptions,
     ) -> Result<Self, IntegratorError> {
-        let mut run = ChainRun {
-            target,
-            scene,
-            seed,
-            step: state.step,
-            options,
-            started: None,
-            prepared: false,
-        };
+        let Crop { width, height, .. } = scene.film().crop;
+        let rounds = Rounds::new(&options, u64::from(width) * u64::from(height));
+        let tallies = vec![Tally::default(); target.kinds().len()];
+        let past = Past { tallies, ..Past::default() };
+        let (seed, step) = (seed, state.step);
+        let mut run =
+            ChainRun { target, scene, seed, step, rounds, past, started: None, prepared: false };
         if *state != State::default() {
-            let started = run.decode(&state.bytes).ok_or_else(|| IntegratorError::BadState {
+            let saved = run.decode(&state.bytes).ok_or_else(|| IntegratorError::BadState {
                 integrator: name.to_owned(),
                 reason: "its bytes are not those of these chains".to_owned(),
             })?;
-            run.started = Some(started);
+            (run.past, run.started) = saved;
         }
         Ok(run)
     }
 
-    /// b̂ by which the next step is normalised, and its standard error; `None` before the first step.
+    /// The mean of b̂ over all rounds, each weighing as much as in the film, and its standard error; `None` before the first step.
     pub fn normalisation(&self) -> Option<(f64, f64)> {
-        self.started.as_ref().map(|started| started.normalisation(self.options.refine))
+        let Past { steps, mut sum, mut variance, .. } = self.past;
+        let mut n = steps as f64;
+        if let Some(started) = &self.started {
+            let (b, error) = started.normalisation();
+            let own = (self.step - started.round.begin) as f64;
+            if n + own == 0.0 {
+                return Some((b, error));
+            }
+            n += own;
+            sum += own * b;
+            variance += (own * error).powi(2);
+        }
+        (n > 0.0).then(|| (sum / n, variance.sqrt() / n))
     }
 
-    /// Statistics of each kind of mutation over all chains.
+    /// Statistics of each kind of mutation over all chains so far.
     pub fn tallies(&self) -> Vec<(String, Tally)> {
-        let mut sums = vec![Tally::default(); self.target.kinds().len()];
-        for chain in self.started.iter().flat_map(|s| &s.chains) {
-            for (sum, tally) in sums.iter_mut().zip(&lock(chain).tallies) {
-                *sum += *tally;
-            }
+        let mut sums = self.past.tallies.clone();
+        if let Some(started) = &self.started {
+            started.add_tallies(&mut sums);
         }
         self.target.kinds().into_iter().zip(sums).collect()
     }
 
-    /// The bootstrap; what was not finite goes to the film.
-    fn begin(&self, film: &mut Film) -> (Started<T::State>, Work) {
-        let ChainOptions { chains, bootstrap: samples, .. } = self.options;
+    /// The bootstrap of a round; what was not finite goes to the film.
+    fn begin(&self, round: Round, film: &mut Film) -> (Started<T::State>, Work) {
         let scene = &*self.scene;
-        let boot = bootstrap(&self.target, scene, self.seed, samples, chains);
+        let seed = derive_seed(derive_seed(self.seed, ROUND_SEEDS), round.index);
+        let boot = bootstrap(&self.target, scene, seed, round.samples, round.chains);
         let mut chunk = Chunk::new(film.layers());
         for k in 0..boot.nonfinite.0 {
             let kept = boot.nonfinite.1.get(k as usize).or(boot.nonfinite.1.last());
@@ -138,67 +165,104 @@ impl<T: ChainTarget> ChainRun<T> {
         }
         film.apply(&chunk);
         let kinds = self.target.kinds().len();
-        let chains = boot
+        let starts: Vec<(Option<Chain<T::State>>, u64)> = boot
             .starts
-            .iter()
+            .par_iter()
             .enumerate()
-            .filter_map(|(c, &start)| {
-                let mut state = boot.replay(&self.target, scene, start)?;
-                self.target.place(&mut state, scene, c as u64, chains, self.seed);
-                Some(Mutex::new(Chain::new(state, kinds).weighing(start.weight)))
+            .map(|(c, &start)| {
+                let before = driver::rays_on_this_thread();
+                let chain = boot.replay(&self.target, scene, start).map(|mut state| {
+                    self.target.place(&mut state, scene, c as u64, round.chains, seed);
+                    Chain::new(state, kinds).weighing(start.weight)
+                });
+                (chain, driver::rays_on_this_thread() - before)
             })
             .collect();
-        let work = Work { samples: 0, rays: boot.rays };
-        (Started { samples, sum: boot.sum, sum2: boot.sum2, chains }, work)
+        let rays = boot.rays + starts.iter().map(|(_, rays)| rays).sum::<u64>();
+        let chains = starts.into_iter().filter_map(|(chain, _)| chain.map(Mutex::new)).collect();
+        (Started { round, sum: boot.sum, sum2: boot.sum2, chains }, Work { samples: 0, rays })
     }
 
-    fn decode(&self, bytes: &[u8]) -> Option<Started<T::State>> {
+    fn decode(&self, bytes: &[u8]) -> Option<(Past, Option<Started<T::State>>)> {
         let kinds = self.target.kinds().len();
         let mut r = Reader::new(bytes);
-        if r.u32()? != FORMAT || r.u64()? != self.options.chains || r.u64()? != kinds as u64 {
+        let round = self.rounds.at(self.step);
+        if r.u32()? != FORMAT || r.u64()? != kinds as u64 {
             return None;
         }
-        let (samples, sum, sum2) = (r.u64()?, r.f64()?, r.f64()?);
+        let (steps, sum, variance) = (r.u64()?, r.f64()?, r.f64()?);
+        let past = Past { steps, sum, variance, tallies: tallies(kinds, &mut r)? };
+        if past.steps != round.begin {
+            return None;
+        }
+        if r.u8()? == 0 {
+            return (r.is_empty() && self.step == round.begin).then_some((past, None));
+        }
+        let asked = (r.u64()?, r.u64()?);
+        let (sum, sum2) = (r.f64()?, r.f64()?);
         let count = r.len(1)?;
-        if samples != self.options.bootstrap || !(count as u64 == self.options.chains || count == 0)
-        {
+        if asked != (round.samples, round.chains) || !(count as u64 == round.chains || count == 0) {
             return None;
         }
         let mut chains = Vec::with_capacity(count);
         for _ in 0..count {
             let weight = r.f64()?;
-            let independent = [r.f64()?, r.f64()?];
-            let independent_count = r.u64()?;
-            let mut tallies = Vec::with_capacity(kinds);
-            for _ in 0..kinds {
-                tallies.push(Tally { tried: r.u64()?, possible: r.u64()?, accepted: r.u64()? });
-            }
+            let tallies = tallies(kinds, &mut r)?;
             let state = self.target.decode(&self.scene, &mut r)?;
             let mut chain = Chain::new(state, kinds).weighing(weight);
             chain.tallies = tallies;
-            chain.independent = independent;
-            chain.independent_count = independent_count;
             chains.push(Mutex::new(chain));
         }
-        r.is_empty().then_some(Started { samples, sum, sum2, chains })
+        r.is_empty().then_some((past, Some(Started { round, sum, sum2, chains })))
+    }
+
+    /// Rounds that have begun.
+    fn begun(&self) -> u64 {
+        let round = self.rounds.at(self.step);
+        round.index + u64::from(self.started.is_some())
+    }
+
+    /// Ends the round under way where its steps are done.
+    fn end(&mut self) {
+        let over = |started: &mut Started<T::State>| self.step >= started.round.end;
+        let Some(started) = self.started.take_if(over) else { return };
+        let (b, error) = started.normalisation();
+        let steps = started.round.end - started.round.begin;
+        self.past.steps += steps;
+        self.past.sum += steps as f64 * b;
+        self.past.variance += (steps as f64 * error).powi(2);
+        started.add_tallies(&mut self.past.tallies);
+    }
+}
+
+/// As many tallies as there are kinds.
+fn tallies(kinds: usize, r: &mut Reader<'_>) -> Option<Vec<Tally>> {
+    let mut one = || Some(Tally { tried: r.u64()?, possible: r.u64()?, accepted: r.u64()? });
+    (0..kinds).map(|_| one()).collect()
+}
+
+fn write_tallies(tallies: &[Tally], w: &mut Writer) {
+    for tally in tallies {
+        w.u64(tally.tried);
+        w.u64(tally.possible);
+        w.u64(tally.accepted);
     }
 }
 
 impl<S> Started<S> {
-    /// b̂ and its standard error, from the bootstrap alone or with the independent proposals of all chains so far.
-    fn normalisation(&self, refine: bool) -> (f64, f64) {
-        let (mut n, mut sum, mut sum2) = (self.samples, self.sum, self.sum2);
-        if refine {
-            for chain in &self.chains {
-                let chain = lock(chain);
-                n += chain.independent_count;
-                sum += chain.independent[0];
-                sum2 += chain.independent[1];
+    /// b̂ and its standard error.
+    fn normalisation(&self) -> (f64, f64) {
+        let n = self.round.samples as f64;
+        let variance = (self.sum2 - self.sum * self.sum / n).max(0.0) / (n * (n - 1.0));
+        (self.sum / n, if n > 1.0 { variance.sqrt() } else { f64::INFINITY })
+    }
+
+    fn add_tallies(&self, sums: &mut [Tally]) {
+        for chain in &self.chains {
+            for (sum, tally) in sums.iter_mut().zip(&lock(chain).tallies) {
+                *sum += *tally;
             }
         }
-        let n = n as f64;
-        let variance = (sum2 - sum * sum / n).max(0.0) / (n * (n - 1.0));
-        (sum / n, if n > 1.0 { variance.sqrt() } else { f64::INFINITY })
     }
 }
 
@@ -211,7 +275,7 @@ impl<T: ChainTarget> Run for ChainRun<T> {
         if self.started.is_some() {
             return Work::default();
         }
-        let (started, work) = self.begin(film);
+        let (started, work) = self.begin(self.rounds.at(self.step), film);
         self.started = Some(started);
         work
     }
@@ -225,22 +289,23 @@ impl<T: ChainTarget> Run for ChainRun<T> {
             // Nothing emits what the bootstrap could find: black samples.
             film.add_samples(mutations);
             self.step += 1;
+            self.end();
             return Work { samples: mutations, ..work };
         }
-        let (b, _) = started.normalisation(self.options.refine);
+        let (b, _) = started.normalisation();
+        let local = self.step - started.round.begin;
         let done = |chain: u64, step: u64| {
             let total = u128::from(step) * u128::from(mutations) + u128::from(chain);
             (total / u128::from(count)) as u64
         };
         let most = mutations.div_ceil(count);
-        let rounds = most.div_ceil(ROUND);
         let (target, scene) = (&self.target, &*self.scene);
-        for round in 0..rounds {
-            // A chain goes on only when all have ended the round: its order never depends on threads.
+        for portion in 0..most.div_ceil(PORTION) {
+            // A chain goes on only when all have ended the portion: its order never depends on threads.
             work += driver::run_chunks(film, count, |c, chunk| {
-                let all = done(c, self.step + 1) - done(c, self.step);
-                let n = all.saturating_sub(round * ROUND).min(ROUND);
-                let item = round * count + c;
+                let all = done(c, local + 1) - done(c, local);
+                let n = all.saturating_sub(portion * PORTION).min(PORTION);
+                let item = portion * count + c;
                 let address = Address { seed: self.seed, step: self.step, item };
                 chunk.begin(address);
                 let mut u = RandomStream::new(address);
@@ -253,6 +318,7 @@ impl<T: ChainTarget> Run for ChainRun<T> {
             });
         }
         self.step += 1;
+        self.end();
         work
     }
 
@@ -271,33 +337,34 @@ impl<T: ChainTarget> Run for ChainRun<T> {
             0 => (format!("in vain, {kind}"), t.tried as f64 / all as f64),
             _ => (format!("acceptance, {kind}"), t.acceptance()),
         }));
+        figures.push(("rounds begun".to_owned(), self.begun() as f64));
         figures
     }
 
     fn save(&self) -> State {
-        let Some(started) = &self.started else {
-            return State { step: self.step, bytes: Vec::new() };
-        };
         let mut w = Writer::new();
+        if self.step == 0 && self.started.is_none() {
+            return State::default();
+        }
         w.u32(FORMAT);
-        w.u64(self.options.chains);
-        w.u64(self.target.kinds().len() as u64);
-        w.u64(started.samples);
-        w.f64(started.sum);
-        w.f64(started.sum2);
-        w.len(started.chains.len());
-        for chain in &started.chains {
-            let chain = lock(chain);
-            w.f64(chain.weight);
-            w.f64(chain.independent[0]);
-            w.f64(chain.independent[1]);
-            w.u64(chain.independent_count);
-            for tally in &chain.tallies {
-                w.u64(tally.tried);
-                w.u64(tally.possible);
-                w.u64(tally.accepted);
+        w.u64(self.past.tallies.len() as u64);
+        w.u64(self.past.steps);
+        w.f64(self.past.sum);
+        w.f64(self.past.variance);
+        write_tallies(&self.past.tallies, &mut w);
+        w.u8(u8::from(self.started.is_some()));
+        if let Some(started) = &self.started {
+            w.u64(started.round.samples);
+            w.u64(started.round.chains);
+            w.f64(started.sum);
+            w.f64(started.sum2);
+            w.len(started.chains.len());
+            for chain in &started.chains {
+                let chain = lock(chain);
+                w.f64(chain.weight);
+                write_tallies(&chain.tallies, &mut w);
+                self.target.encode(&chain.state, &mut w);
             }
-            self.target.encode(&chain.state, &mut w);
         }
         State { step: self.step, bytes: w.into_bytes() }
     }

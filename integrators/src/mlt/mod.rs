@@ -149,13 +149,6 @@ impl Mlt {
             seeds: Seeds::Bdpt(Bdpt::for_starts(options.max_length(defaults)?)),
             spec: spec.to_string(),
         };
-        if mlt.chains.refine {
-            return Err(options.bad(
-                "refine",
-                "true",
-                "false: no mutation is independent of its path",
-            ));
-        }
         options.finish()?;
         Ok(mlt)
     }

@@ -1,12 +1,14 @@
 //! The chain on primary sample space, whatever is integrated over it.
 
 use pathspace_core::Scene;
+use pathspace_core::description::Crop;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream, derive_seed};
 use rayon::prelude::*;
 
 use super::state::{PrimaryPoint, PrimaryState};
 use super::{Kernel, Moving, Place, PrimaryVector, Recorder};
+use crate::chain::rounds::Rounds;
 use crate::chain::{
     Candidate, Candidates, ChainOptions, ChainTarget, ImageWeight, Proposal, Reader, Writer,
     film_key,
@@ -206,7 +208,7 @@ impl<I: Integrand> PrimaryTarget<I> {
 
     /// Share of the chain's samples at a point of this W = f*/p, against independent ones: balance heuristic of the densities W/b and `large`.
     fn share(&self, w: f64) -> f64 {
-        if self.mixes() { w / (w + self.options.large * self.pilot_b) } else { 1.0 }
+        if self.mixes() { 1.0 / (1.0 + self.options.large * self.pilot_b / w) } else { 1.0 }
     }
 
     /// f*/p of a point among all that a large step can reach.
@@ -241,7 +243,6 @@ impl<I: Integrand> PrimaryTarget<I> {
             x.spare = Some(y);
             return Proposal {
                 weight_current: share_x,
-                independent: (self.options.redraw && fault.is_none()).then_some(0.0),
                 nonfinite: fault,
                 ..Proposal::rejected(0)
             };
@@ -253,7 +254,6 @@ impl<I: Integrand> PrimaryTarget<I> {
             weight_current: proposal.weight_current * share_x,
             weight_proposed: proposal.weight_proposed * share_y,
             weight_independent: if self.mixes() { self.pilot_b * share_y } else { 0.0 },
-            independent: self.options.redraw.then_some(w_y),
             ..proposal
         }
     }
@@ -336,7 +336,9 @@ impl<I: Integrand> ChainTarget for PrimaryTarget<I> {
     }
 
     fn prepare(&mut self, scene: &Scene, seed: u64) {
-        let samples = self.options.chain.bootstrap.clamp(*PILOT.start(), *PILOT.end());
+        let Crop { width, height, .. } = scene.film().crop;
+        let rounds = Rounds::new(&self.options.chain, u64::from(width) * u64::from(height));
+        let samples = rounds.at(0).samples.clamp(*PILOT.start(), *PILOT.end());
         if self.options.two_stage {
             let seed = derive_seed(seed, 0);
             self.image = Some(self.integrand.image_weight(scene, seed, samples));

@@ -107,6 +107,10 @@ fn film() -> Film {
     Film::new(&FilmDescription::new(5, 4), Layers::NONE)
 }
 
+fn options(chains: u64, bootstrap: u64) -> ChainOptions {
+    ChainOptions { chains: Some(chains), bootstrap: Some(bootstrap), rounds: true }
+}
+
 fn run(
     scene: &Arc<Scene>,
     toy: &Toy,
@@ -154,19 +158,20 @@ fn mutations_follow_the_transition_matrix_and_splat_a_weight_of_one() {
     }
 }
 
-/// E[b̂ h(X_n)] = ∫ f h with four bootstrap samples and few mutations, whatever the number of chains.
+/// E[b̂ h(X_n)] = ∫ f h with four bootstrap samples and few mutations, whatever the number of chains and rounds.
 #[test]
 fn films_are_unbiased_with_four_bootstrap_samples() {
     let (toy, scene) = (Toy::new(), scene());
-    for chains in [1, 3, 20, 50] {
-        let options = ChainOptions { chains, bootstrap: 4, refine: false };
+    for (chains, steps) in [(1, 1), (3, 2), (20, 3), (50, 1)] {
+        let asked = options(chains, 4);
         let (mut sum, mut sum2) = ([0.0; N], [0.0; N]);
         let replicates = 8000;
         for seed in 0..replicates {
             let mut film = film();
-            let mut run = run(&scene, &toy, seed, options, &State::default());
-            run.step(&mut film);
-            run.step(&mut film);
+            let mut run = run(&scene, &toy, seed, asked, &State::default());
+            for _ in 0..steps {
+                run.step(&mut film);
+            }
             for (i, p) in film.image().iter().enumerate() {
                 // The film spreads a sample over its pixels.
                 let v = p[0] / N as f64;
@@ -194,11 +199,11 @@ fn rounds_and_threads_do_not_change_the_film() {
     // One chain does all mutations of a step, in two rounds.
     let description = FilmDescription::new(128, 80);
     for chains in [1, 3] {
-        let options = ChainOptions { chains, bootstrap: 100, refine: true };
+        let asked = options(chains, 100);
         let film = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut film = Film::new(&description, Layers::NONE);
-            let mut run = run(&scene, &toy, 1, options, &State::default());
+            let mut run = run(&scene, &toy, 1, asked, &State::default());
             pool.install(|| (run.step(&mut film), run.step(&mut film)));
             (film.sums().clone(), run.save())
         };
@@ -209,16 +214,16 @@ fn rounds_and_threads_do_not_change_the_film() {
 #[test]
 fn resumed_chains_go_on_to_the_bit_and_bad_bytes_are_refused() {
     let (toy, scene) = (Toy::new(), scene());
-    let options = ChainOptions { chains: 7, bootstrap: 100, refine: true };
+    let asked = options(7, 100);
     let (mut whole, mut parts) = (film(), film());
-    let mut first = run(&scene, &toy, 1, options, &State::default());
+    let mut first = run(&scene, &toy, 1, asked, &State::default());
     for _ in 0..4 {
         first.step(&mut whole);
     }
-    let mut second = run(&scene, &toy, 1, options, &State::default());
+    let mut second = run(&scene, &toy, 1, asked, &State::default());
     second.step(&mut parts);
     let state = second.save();
-    let mut third = run(&scene, &toy, 1, options, &state);
+    let mut third = run(&scene, &toy, 1, asked, &state);
     for _ in 0..3 {
         third.step(&mut parts);
     }
@@ -226,20 +231,20 @@ fn resumed_chains_go_on_to_the_bit_and_bad_bytes_are_refused() {
     assert_eq!(first.save(), third.save());
     for n in [0, 3, state.bytes.len() - 1] {
         let cut = State { step: 1, bytes: state.bytes[..n].to_vec() };
-        let resumed = ChainRun::resume("toy", toy.clone(), scene.clone(), 1, &cut, options);
+        let resumed = ChainRun::resume("toy", toy.clone(), scene.clone(), 1, &cut, asked);
         assert!(resumed.is_err(), "{n} bytes");
     }
-    let other = ChainOptions { chains: 8, ..options };
+    let other = options(8, 100);
     assert!(ChainRun::resume("toy", toy.clone(), scene.clone(), 1, &state, other).is_err());
 }
 
 #[test]
 fn preparing_takes_the_bootstrap_out_of_the_first_step() {
     let (toy, scene) = (Toy::new(), scene());
-    let options = ChainOptions { chains: 3, bootstrap: 50, refine: false };
+    let asked = options(3, 50);
     let (mut plain, mut prepared) = (film(), film());
-    run(&scene, &toy, 1, options, &State::default()).step(&mut plain);
-    let mut second = run(&scene, &toy, 1, options, &State::default());
+    run(&scene, &toy, 1, asked, &State::default()).step(&mut plain);
+    let mut second = run(&scene, &toy, 1, asked, &State::default());
     assert!(second.normalisation().is_none());
     second.prepare(&mut prepared);
     let b = second.normalisation();
@@ -254,31 +259,49 @@ fn preparing_takes_the_bootstrap_out_of_the_first_step() {
 fn where_nothing_shines_the_film_stays_black() {
     let (mut toy, scene) = (Toy::new(), scene());
     toy.f = [0.0; N];
-    let options = ChainOptions { chains: 4, bootstrap: 16, refine: false };
+    let asked = options(4, 16);
     let mut film = film();
-    let mut run = run(&scene, &toy, 1, options, &State::default());
+    let mut run = run(&scene, &toy, 1, asked, &State::default());
     run.step(&mut film);
     let state = run.save();
-    ChainRun::resume("toy", toy, scene, 1, &state, options).unwrap().step(&mut film);
+    ChainRun::resume("toy", toy, scene, 1, &state, asked).unwrap().step(&mut film);
     assert_eq!((film.mean(), film.samples()), ([0.0; 3], 40));
 }
 
+/// b̂ is better with each round, and its error is the one that it is said to have.
 #[test]
-fn refined_normalisation_counts_independent_proposals_only() {
+fn normalisation_comes_to_be_exact_over_the_rounds() {
     let (toy, scene) = (Toy::new(), scene());
-    let options = ChainOptions { chains: 2, bootstrap: 1000, refine: true };
-    let mut film = film();
-    let mut run = run(&scene, &toy, 1, options, &State::default());
-    assert!(run.normalisation().is_none());
-    run.step(&mut film);
-    let before = run.normalisation().unwrap();
-    run.step(&mut film);
-    // The toy has none.
-    assert_eq!(run.normalisation().unwrap(), before);
-    assert!((before.0 - 1.0 * toy.f.iter().sum::<f64>()).abs() < 5.0 * before.1);
-    assert!(run.tallies()[0].1.tried == 40);
-    let figures = run.figures();
-    assert_eq!(figures[0], ("b".to_owned(), before.0));
-    assert_eq!(figures[2].0, "acceptance, jump");
-    assert!(figures[2].1 > 0.0 && figures[2].1 < 1.0);
+    let exact: f64 = toy.f.iter().sum();
+    let (mut sum2, mut said) = (0.0, 0.0);
+    for seed in 0..100 {
+        let mut film = film();
+        let mut run = run(&scene, &toy, seed, options(2, 16), &State::default());
+        assert!(run.normalisation().is_none());
+        run.step(&mut film);
+        let (first, first_error) = run.normalisation().unwrap();
+        assert!((first - exact).abs() < 5.0 * first_error + 1e-12);
+        for _ in 0..7 {
+            run.step(&mut film);
+        }
+        let (b, error) = run.normalisation().unwrap();
+        assert!(error < 0.5 * first_error, "{error} after {first_error}");
+        sum2 += (b - exact).powi(2) / 100.0;
+        said += error.powi(2) / 100.0;
+        assert_eq!(run.tallies()[0].1.tried, 160);
+        let figures = run.figures();
+        assert_eq!(figures[0], ("b".to_owned(), b));
+        assert_eq!(figures[2].0, "acceptance, jump");
+        assert!(figures[2].1 > 0.0 && figures[2].1 < 1.0);
+    }
+    // A mean of a hundred squares is known to 14 %.
+    assert!((sum2 / said - 1.0).abs() < 0.6, "{sum2} against {said}");
+}
+
+#[test]
+fn an_acceptance_that_is_no_number_rejects() {
+    let proposal = Proposal::new(3_usize, f64::NAN, 0);
+    assert_eq!((proposal.acceptance, proposal.weight_current), (0.0, 1.0));
+    assert_eq!(proposal.weight_proposed, 0.0);
+    assert_eq!(Proposal::new(3_usize, f64::INFINITY, 0).acceptance, 1.0);
 }

@@ -13,7 +13,7 @@ fn options_are_checked() {
         ("mlt:lens=-1", "a number from 0"),
         ("mlt:colour=red", "mlt has no option 'colour'"),
         ("mlt:bidir=0,lens=0,caustic=0,multi=0,manifold=0", "a positive share"),
-        ("mlt:refine=true", "no mutation is independent"),
+        ("mlt:rounds=two", "grow or one"),
         ("mlt:target=depth", "luminance or two-stage"),
         ("mlt:area=0", "a number from"),
         ("erpt:seeds=lt", "pt or bdpt"),
