@@ -393,7 +393,10 @@ fn emitters_are_picked_by_power() {
     }
     for k in 0..5 {
         let mass = scene.emitters().mass(k as u32).value();
-        assert!((mass - power[k] / total).abs() < 1e-6, "emitter {k}: {mass}");
+        // One pick in 32 goes to all four that emit alike.
+        let even = if power[k] > 0.0 { 1.0 / 128.0 } else { 0.0 };
+        let expected = 31.0 / 32.0 * power[k] / total + even;
+        assert!((mass - expected).abs() < 1e-6, "emitter {k}: {mass}");
         assert!((counts[k] as f64 / n as f64 - mass).abs() < 2e-6, "emitter {k}: {}", counts[k]);
     }
 }

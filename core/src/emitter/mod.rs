@@ -77,15 +77,23 @@ impl Emitter {
     }
 }
 
-/// All emitters of a scene with the discrete distribution by which one is picked: in proportion to emitted power
+/// Units that probability comes in: a coordinate of primary sample space takes so many values.
+const UNITS: u64 = 1 << 24;
+
+/// Part of the picks that goes to all emitters alike.
+const EVEN: f64 = 1.0 / 32.0;
+
+/// All emitters of a scene with the discrete distribution by which one is picked: nearly in proportion to emitted power
 /// (mean of the channels; power through the ball about the surfaces for emitters at infinity).
+///
+/// A small part ([`EVEN`]) of the picks is spread over all emitters that emit, so that a weak one that is alone in its room is found.
+/// Probabilities are whole multiples of 2⁻²⁴, at least one, because the number that picks is one too: what [`Emitters::mass`] says is
+/// exactly what [`Emitters::pick`] does.
 #[derive(Clone, Debug)]
 pub struct Emitters {
     list: Vec<Emitter>,
-    /// Probability of each.
-    mass: Vec<f64>,
-    /// Running sum of `mass`.
-    cdf: Vec<f64>,
+    /// Running sum of the units of each; [`UNITS`] in all, or 0 in a dark scene.
+    units: Vec<u32>,
     background: Option<u32>,
     /// What beams from infinity cover.
     ball: Ball,
@@ -93,27 +101,17 @@ pub struct Emitters {
 }
 
 impl Emitters {
-    /// `power` holds each emitter's power in the same arbitrary unit.
+    /// `power` holds each emitter's power in the same arbitrary unit. `None` where more emitters emit than there are units.
     pub(crate) fn new(
         list: Vec<Emitter>,
         power: &[f64],
         ball: Ball,
         environment: Option<Environment>,
-    ) -> Self {
-        let total: f64 = power.iter().sum();
-        let mass: Vec<f64> =
-            power.iter().map(|&p| if total > 0.0 { p / total } else { 0.0 }).collect();
-        let cdf = mass
-            .iter()
-            .scan(0.0, |sum, m| {
-                *sum += m;
-                Some(*sum)
-            })
-            .collect();
+    ) -> Option<Self> {
         let everywhere =
             |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
         let background = list.iter().position(everywhere).map(|i| i as u32);
-        Emitters { list, mass, cdf, background, ball, environment }
+        Some(Emitters { units: running_units(power)?, list, background, ball, environment })
     }
 
     /// The emitters.
@@ -128,7 +126,7 @@ impl Emitters {
 
     /// True where nothing emits.
     pub fn is_dark(&self) -> bool {
-        self.cdf.last().is_none_or(|&c| c == 0.0)
+        self.units.last().is_none_or(|&all| all == 0)
     }
 
     /// The environment, if there is one.
@@ -136,31 +134,37 @@ impl Emitters {
         self.background
     }
 
-    /// Picks an emitter by power. `None` in a dark scene.
+    /// Picks an emitter by the coordinate `u`, a multiple of 2⁻²⁴. `None` in a dark scene.
     #[inline]
     pub fn pick(&self, u: f32) -> Option<(u32, Mass)> {
         if self.is_dark() {
             return None;
         }
-        let total = self.cdf[self.cdf.len() - 1];
-        let x = u as f64 * total;
+        let x = (f64::from(u) * UNITS as f64) as u32;
         // The first whose running sum exceeds x: emitters without power are never it.
-        let i = self.cdf.partition_point(|&c| c <= x).min(self.cdf.len() - 1);
-        Some((i as u32, Mass::new(self.mass[i])))
+        let i = self.units.partition_point(|&sum| sum <= x).min(self.units.len() - 1) as u32;
+        Some((i, self.mass(i)))
     }
 
     /// A number by which [`Emitters::pick`] gives this emitter, by the uniform number `u`; `None` where there is none.
     pub fn invert_pick(&self, index: u32, u: f32) -> Option<f32> {
-        let i = index as usize;
-        let low = if i == 0 { 0.0 } else { self.cdf[i - 1] };
-        let total = self.cdf[self.cdf.len() - 1];
-        coordinate_between(low / total, self.cdf[i] / total, u)
+        let (low, high) = self.range(index);
+        let unit = |n: u32| f64::from(n) / UNITS as f64;
+        coordinate_between(unit(low), unit(high), u)
     }
 
     /// Probability that [`Emitters::pick`] gives this emitter.
     #[inline]
     pub fn mass(&self, index: u32) -> Mass {
-        Mass::new(self.mass[index as usize])
+        let (low, high) = self.range(index);
+        Mass::new(f64::from(high - low) / UNITS as f64)
+    }
+
+    /// The units of one emitter.
+    #[inline]
+    fn range(&self, index: u32) -> (u32, u32) {
+        let i = index as usize;
+        (if i == 0 { 0 } else { self.units[i - 1] }, self.units[i])
     }
 
     /// Radiance of an area emitter or of the same radiance from everywhere; black for others.
@@ -222,5 +226,79 @@ impl Emitters {
     pub(crate) fn beam_density(&self) -> Density<Area> {
         let r = self.ball.radius as f64;
         Density::new(1.0 / (std::f64::consts::PI * r * r))
+    }
+}
+
+/// Running sums of the units of each emitter; `None` where more emit than there are units. One that emits has at least one unit.
+fn running_units(power: &[f64]) -> Option<Vec<u32>> {
+    let lit = power.iter().filter(|&&p| p > 0.0).count() as u64;
+    let largest = power.iter().copied().fold(0.0, f64::max);
+    let spare = UNITS.checked_sub(lit)?;
+    // Relative to the largest: the sum of powers may leave the range of numbers.
+    let total: f64 = power.iter().map(|p| p / largest).sum();
+    let wanted = |p: f64| match lit {
+        _ if p <= 0.0 => 0,
+        1 => UNITS,
+        _ => {
+            let share = (1.0 - EVEN) * (p / largest / total) + EVEN / lit as f64;
+            1 + (share * spare as f64) as u64
+        }
+    };
+    let mut units: Vec<u64> = power.iter().map(|&p| wanted(p)).collect();
+    // What rounding down has left, or too much by the rounding of shares, is hardly felt by the strongest.
+    let given: u64 = units.iter().sum();
+    if lit > 0
+        && let Some(strongest) = units.iter_mut().max()
+    {
+        *strongest = (*strongest + UNITS).saturating_sub(given).max(1);
+    }
+    let mut sum = 0;
+    Some(units.iter().map(|n| (sum += *n as u32, sum).1).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::nearest_coordinate;
+
+    fn emitters(power: &[f64]) -> Emitters {
+        let one = Emitter::Point { position: Vec3::ZERO, intensity: Rgb::grey(1.0) };
+        Emitters::new(vec![one; power.len()], power, Ball::default(), None).unwrap()
+    }
+
+    /// Every value of the coordinate is tried: what is picked is what the mass says.
+    #[test]
+    fn every_emitter_is_picked_with_exactly_its_mass() {
+        let weak = [1.0, 1e-7, 0.0, 3e-6, 1e-30, 0.2];
+        for power in [&weak[..], &[1e-9], &[0.0, 5.0], &[1e300, 1e308, 1e308], &[1.0; 1000]] {
+            let emitters = emitters(power);
+            let mut counts = vec![0_u64; power.len()];
+            for k in 0..UNITS {
+                let u = nearest_coordinate(k as f64 / UNITS as f64);
+                let (i, mass) = emitters.pick(u).unwrap();
+                assert_eq!(mass, emitters.mass(i));
+                counts[i as usize] += 1;
+            }
+            for (i, &count) in counts.iter().enumerate() {
+                let mass = emitters.mass(i as u32).value();
+                assert_eq!(count as f64, mass * UNITS as f64, "{i} of {power:?}");
+                assert_eq!(count > 0, power[i] > 0.0, "{i} of {power:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn masses_follow_power_but_for_a_small_even_part() {
+        let emitters = emitters(&[3.0, 1.0, 1e-12]);
+        for (i, expected) in [0.75, 0.25, 0.0].into_iter().enumerate() {
+            let expected = (1.0 - EVEN) * expected + EVEN / 3.0;
+            assert!((emitters.mass(i as u32).value() - expected).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn nothing_is_picked_in_the_dark() {
+        assert_eq!(emitters(&[0.0, 0.0]).pick(0.5), None);
+        assert_eq!(emitters(&[]).pick(0.5), None);
     }
 }

@@ -46,12 +46,14 @@ impl Scene {
         let sizes = Sizes::of(description, normalisation);
         let warnings = sizes.warnings(&sensor, &emitters, &ball);
         let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
+        let emitters = Emitters::new(emitters, &power, ball, environment)
+            .ok_or_else(|| SceneError::Geometry("more than 2²⁴ emitters".into()))?;
         Ok(Scene {
             accel,
             shapes,
             prim_shape,
             materials,
-            emitters: Emitters::new(emitters, &power, ball, environment),
+            emitters,
             sensor,
             film: description.film,
             normalisation,

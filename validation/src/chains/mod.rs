@@ -9,16 +9,19 @@
 //! | Bowker's symmetry | E W 1{x ∈ A, X₁ ∈ B} = E W 1{x ∈ B, X₁ ∈ A} | [`symmetry`] |
 //! | rank test | the rank of h(x) among L steps of the chain before and after it is uniform | [`rank`] |
 //! | normalisation | E b̂ h(X_n) = ∫ f* h with four bootstrap samples | [`unbiased`] |
+//! | rounds | the brightness of one round says nothing of the next one's | [`independent_rounds`] |
 
 mod invariance;
 mod rank;
+mod rounds;
 mod standard;
 mod symmetry;
 mod unbiased;
 
 pub use invariance::invariance;
 pub use rank::rank;
-pub use standard::{SELECTOR, SENSOR, chain_checks, path, primary};
+pub use rounds::independent_rounds;
+pub use standard::{ChecksError, SELECTOR, SENSOR, chain_checks, path, primary, round_checks};
 pub use symmetry::symmetry;
 pub use unbiased::unbiased;
 

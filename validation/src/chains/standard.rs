@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use pathspace_core::Scene;
+use pathspace_core::integrator::IntegratorError;
 use pathspace_core::random::{Stream, derive_seed};
 use pathspace_integrators::bdpt::Bdpt;
 use pathspace_integrators::chain::ChainTarget;
@@ -14,9 +15,9 @@ use pathspace_integrators::primary::{
 use pathspace_integrators::pssmlt::Estimated;
 use pathspace_integrators::pt::PathTracer;
 use pathspace_integrators::rjmlt::Rjmlt;
-use pathspace_integrators::{Defaults, Spec, SpecError};
+use pathspace_integrators::{Defaults, Registry, Spec, SpecError};
 
-use super::{ChainCheck, invariance, rank, symmetry, unbiased};
+use super::{ChainCheck, independent_rounds, invariance, rank, symmetry, unbiased};
 
 /// Mutations on path space, by their options.
 const PATH_MUTATIONS: [&str; 5] = ["bidir", "lens", "caustic", "multi", "manifold"];
@@ -77,6 +78,41 @@ pub fn chain_checks(
         ));
     }
     Ok(checks)
+}
+
+/// Integrators with chains, each with a bootstrap so small that every step of a small film is a round of its own.
+const ROUNDS: [&str; 4] = ["pssmlt", "mmlt", "rjmlt", "mlt"];
+
+/// Independence of the rounds of every integrator with chains, `replicates` of each. To be judged together with [`chain_checks`].
+///
+/// # Errors
+/// Where an integrator does not render the scene.
+pub fn round_checks(
+    scene: &Arc<Scene>,
+    defaults: &Defaults,
+    seed: u64,
+    replicates: u64,
+) -> Result<Vec<ChainCheck>, ChecksError> {
+    let registry = Registry::builtin();
+    let check = |(index, name): (usize, &&str)| {
+        let spec = spec_of(&format!("{name}:bootstrap=64,chains=8"))?;
+        let integrator = registry.create(&spec, defaults)?;
+        let seed = derive_seed(seed, 20 + index as u64);
+        let check = independent_rounds(&*integrator, scene, seed, replicates)?;
+        Ok(ChainCheck { mutator: format!("{name}, rounds"), ..check })
+    };
+    ROUNDS.iter().enumerate().map(check).collect()
+}
+
+/// Why the tests of an integrator could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ChecksError {
+    /// Its options.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// The scene.
+    #[error(transparent)]
+    Integrator(#[from] IntegratorError),
 }
 
 fn spec_of(text: &str) -> Result<Spec, SpecError> {

@@ -7,12 +7,14 @@ use pathspace_integrators::{Defaults, SpecError};
 use pathspace_scenes::library::LibraryScene;
 
 use super::run::{Progress, SuiteError, load};
-use crate::chains::{ChainCheck, chain_checks};
+use crate::chains::{ChainCheck, ChecksError, chain_checks, round_checks};
 use crate::stats::{StatsError, holm};
 use crate::validate::{Check, CheckCell, CheckOutcome, Config, Confirmed, Report, seed_of};
 
 /// Pixels a side; mutations see the film as a whole.
 const SIZE: u32 = 32;
+/// Replicates of a test of rounds: where b̂ is kept, ranks of so many have a p-value of 10⁻¹².
+const REPLICATES: u64 = 64;
 
 /// Runs every test of every built-in mutation on each scene with `starts` bootstrap samples. A scene is one test, with Holm's adjustment inside;
 /// a check is reported for each mutation.
@@ -49,6 +51,8 @@ enum ChainsError {
     #[error(transparent)]
     Spec(#[from] SpecError),
     #[error(transparent)]
+    Rounds(#[from] ChecksError),
+    #[error(transparent)]
     Stats(#[from] StatsError),
 }
 
@@ -66,7 +70,9 @@ fn checks(
     let rejected = test
         .run(config, |round, factor, _| {
             let seed = pathspace_core::random::derive_seed(own, round);
-            let checks = chain_checks(&built, &Defaults { rules }, seed, starts * factor)?;
+            let mut checks = chain_checks(&built, &Defaults { rules }, seed, starts * factor)?;
+            let replicates = REPLICATES * factor;
+            checks.extend(round_checks(&built, &Defaults { rules }, seed, replicates)?);
             let adjusted = holm(&checks.iter().map(|c| c.p).collect::<Vec<_>>());
             let least = adjusted.iter().copied().fold(1.0, f64::min);
             last = checks.into_iter().zip(adjusted).collect();
