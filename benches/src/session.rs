@@ -19,6 +19,8 @@ use crate::shard::Shard;
 const REPLICATES: u64 = 0x7265_706c_6963;
 /// Fewest and most steps of a replicate of a chain.
 const REPLICATE_STEPS: std::ops::RangeInclusive<u64> = 8..=4096;
+/// Seconds of steps that are made together, so that threads wait for each other seldom and small films are not all overhead.
+const TOGETHER: f64 = 0.05;
 /// A chain's start may take this share of a replicate.
 const START_SHARE: f64 = 0.25;
 
@@ -258,14 +260,31 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// One step of the run.
-    fn step(&mut self) -> Result<(), IntegratorError> {
+    /// How many steps are made before anybody looks again. One where each of them counts by itself.
+    fn together(&self, budget: Option<Budget>) -> u64 {
+        let alone = self.precision.is_some() || (self.by_steps && !self.plan.shard.is_whole());
+        if alone || self.own_steps == 0 {
+            return 1;
+        }
+        let seconds = self.step_seconds().max(1e-9);
+        let most = (TOGETHER / seconds) as u64;
+        let left = match budget {
+            Some(Budget::Samples(n)) => n.saturating_sub(self.steps),
+            // By half of what is left: the last steps are single ones.
+            Some(Budget::Seconds(s)) => (0.5 * (s - self.spent().seconds) / seconds) as u64,
+            None => most,
+        };
+        most.min(left).max(1)
+    }
+
+    /// So many steps of the run; one where the error is watched.
+    fn step(&mut self, count: u64) -> Result<(), IntegratorError> {
         let begun = self.clock.seconds();
         self.work += self.run.prepare(&mut self.film);
         self.start_up += self.clock.seconds() - begun;
-        self.work += self.run.step(&mut self.film);
-        self.steps += 1;
-        self.own_steps += 1;
+        self.work += self.run.steps(&mut self.film, count);
+        self.steps += count;
+        self.own_steps += count;
         if self.by_steps && !self.plan.shard.is_whole() {
             self.run.seek(self.plan.shard.step(self.steps));
         }
@@ -301,7 +320,7 @@ impl<'a> Session<'a> {
     }
 
     /// Renders until the goal is reached (budgets are those of the whole render, see [`Shard::share_of`]) or `watch`, which is
-    /// called after every step but the last, says to stop. True where the goal was reached; where there is an error to reach, a
+    /// called after every few steps but the last, says to stop. True where the goal was reached; where there is an error to reach, a
     /// budget is only a limit.
     ///
     /// # Errors
@@ -360,7 +379,7 @@ impl<'a> Session<'a> {
                     return Ok(false);
                 }
             }
-            self.step()?;
+            self.step(self.together(budget))?;
         }
     }
 

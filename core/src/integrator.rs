@@ -56,14 +56,23 @@ pub trait Integrator: Send + Sync {
 
 /// An integrator at work on one scene with one seed.
 pub trait Run: Send {
-    /// What has to be done once before the first step, a bootstrap for instance: a step does it by itself where it was not asked for, but who plans how many steps
-    /// fit into a time wants to know the one from the other.
+    /// Does what the next step needs first, a bootstrap for instance. A step does it by itself; callers that plan how many steps fit into a
+    /// time ask for it beforehand, to tell its time from that of a step.
     fn prepare(&mut self, _film: &mut Film) -> Work {
         Work::default()
     }
 
     /// About one sample (or mutation) per pixel. Runs on the current rayon pool; the film is the same to the bit for any number of threads.
     fn step(&mut self, film: &mut Film) -> Work;
+
+    /// `count` steps, the same to the bit as one after the other. Steps that are made together need not wait for each other's last items.
+    fn steps(&mut self, film: &mut Film, count: u64) -> Work {
+        let mut work = Work::default();
+        for _ in 0..count {
+            work += self.step(film);
+        }
+        work
+    }
 
     /// Everything besides the film that the next step depends on.
     fn save(&self) -> State;
@@ -135,15 +144,20 @@ impl<E: PathEstimator> MonteCarlo<E> {
 
 impl<E: PathEstimator> Run for MonteCarlo<E> {
     fn step(&mut self, film: &mut Film) -> Work {
+        self.steps(film, 1)
+    }
+
+    fn steps(&mut self, film: &mut Film, count: u64) -> Work {
         let crop = film.description().crop;
         let items = film.pixels();
         let (estimator, scene) = (&*self.estimator, &*self.scene);
-        let work = driver::run_items(film, self.seed, self.step, items, |item, u, chunk| {
+        let steps = self.step..self.step + count;
+        let work = driver::run_steps(film, self.seed, steps, items, |item, u, chunk| {
             let (x, y) = (item % crop.width as u64, item / crop.width as u64);
             let pixel = [crop.x + x as u32, crop.y + y as u32];
             estimator.estimate(scene, Some(pixel), u, chunk);
         });
-        self.step += 1;
+        self.step += count;
         work
     }
 

@@ -19,6 +19,8 @@ pub struct NonFinite {
 pub struct Chunk {
     address: Address,
     coalesce: bool,
+    /// Records of earlier work items: what follows is not added to them, so that chunks may be cut anywhere.
+    before: usize,
     records: Vec<Contribution>,
     nonfinite: Vec<NonFinite>,
     nonfinite_count: u64,
@@ -30,6 +32,7 @@ impl Chunk {
         Chunk {
             address: Address { seed: 0, step: 0, item: 0 },
             coalesce: layers.is_none(),
+            before: 0,
             records: Vec::new(),
             nonfinite: Vec::new(),
             nonfinite_count: 0,
@@ -40,6 +43,7 @@ impl Chunk {
     #[inline]
     pub fn begin(&mut self, address: Address) {
         self.address = address;
+        self.before = self.records.len();
     }
 
     /// The records in order.
@@ -74,6 +78,7 @@ impl Sink for Chunk {
         }
         // Without layers only position and value matter: the path lengths of one camera sample share a record.
         if self.coalesce
+            && self.records.len() > self.before
             && let Some(last) = self.records.last_mut()
             && last.film == c.film
         {

@@ -1,11 +1,13 @@
 //! The film: I_j = ∫_Ω f_j(x̄) dμ(x̄) for every pixel j, and everything that is kept beside it.
 
+mod bands;
 mod chunk;
 mod filter;
 mod layer;
 mod parts;
 mod sink;
 
+pub(crate) use bands::{Band, Fresh, Sorted};
 pub use chunk::{Chunk, NonFinite};
 pub use filter::Filter;
 pub use layer::{LayerKey, Layers};
@@ -14,7 +16,6 @@ pub use sink::{Contribution, Families, RecordingSink, Sink};
 
 use std::collections::BTreeMap;
 
-use crate::color::Rgb;
 use crate::description::{Crop, FilmDescription};
 
 /// Sums of contributions in `f64`, one cell per pixel of the crop window.
@@ -39,16 +40,32 @@ impl Plane {
 /// have the same expectation up to the border.
 #[derive(Clone, Debug)]
 pub struct Film {
-    description: FilmDescription,
-    filter: Filter,
-    layers: Layers,
+    raster: Raster,
     beauty: Plane,
     planes: BTreeMap<LayerKey, Plane>,
-    norm_x: Vec<f64>,
-    norm_y: Vec<f64>,
     samples: u64,
     nonfinite: u64,
     nonfinite_examples: Vec<NonFinite>,
+}
+
+/// All of a film but what it has collected.
+#[derive(Clone, Debug)]
+pub(crate) struct Raster {
+    description: FilmDescription,
+    filter: Filter,
+    layers: Layers,
+    norm_x: Vec<f64>,
+    norm_y: Vec<f64>,
+}
+
+impl Raster {
+    fn width(&self) -> usize {
+        self.description.crop.width as usize
+    }
+
+    fn height(&self) -> usize {
+        self.description.crop.height as usize
+    }
 }
 
 /// How many non-finite contributions are kept with their replay data.
@@ -68,14 +85,11 @@ impl Film {
                 })
                 .collect()
         };
+        let (norm_x, norm_y) = (norm(x, width), norm(y, height));
         Film {
-            description: *description,
-            filter,
-            layers,
+            raster: Raster { description: *description, filter, layers, norm_x, norm_y },
             beauty: Plane::new(width as usize * height as usize),
             planes: BTreeMap::new(),
-            norm_x: norm(x, width),
-            norm_y: norm(y, height),
             samples: 0,
             nonfinite: 0,
             nonfinite_examples: Vec::new(),
@@ -84,17 +98,17 @@ impl Film {
 
     /// Size, crop and filter.
     pub fn description(&self) -> &FilmDescription {
-        &self.description
+        &self.raster.description
     }
 
     /// Columns of the crop window.
     pub fn width(&self) -> usize {
-        self.description.crop.width as usize
+        self.raster.width()
     }
 
     /// Rows of the crop window.
     pub fn height(&self) -> usize {
-        self.description.crop.height as usize
+        self.raster.height()
     }
 
     /// Pixels of the crop window: the work items of a step of one sample per pixel.
@@ -104,7 +118,7 @@ impl Film {
 
     /// Which layers are kept.
     pub fn layers(&self) -> Layers {
-        self.layers
+        self.raster.layers
     }
 
     /// Samples so far: camera paths, light paths or mutations.
@@ -171,60 +185,14 @@ impl Film {
 
     /// Applies the contributions of a chunk in their order.
     pub fn apply(&mut self, chunk: &Chunk) {
-        self.nonfinite += chunk.nonfinite_count();
-        for n in chunk.nonfinite() {
-            if self.nonfinite_examples.len() < MAX_NONFINITE_EXAMPLES {
-                self.nonfinite_examples.push(*n);
-            }
-        }
-        for r in chunk.records() {
-            self.splat(r);
-        }
-    }
-
-    /// Adds one contribution to every pixel under the filter.
-    fn splat(&mut self, c: &Contribution) {
-        let Crop { x: x0, y: y0, width, height } = self.description.crop;
-        let (x, y) = (c.film.x as f64 - x0 as f64, c.film.y as f64 - y0 as f64);
-        if self.filter.is_box() {
-            // Positions are inside the window but for rounding; `as` saturates below 0 and drops NaN to 0.
-            if x < 0.0 || y < 0.0 || x >= width as f64 || y >= height as f64 {
-                return;
-            }
-            let i = y as usize * width as usize + x as usize;
-            self.add_to_pixel(i, c, 1.0);
-            return;
-        }
-        let r = self.filter.radius();
-        let range = |v: f64, n: u32| {
-            let lo = (v - 0.5 - r).ceil().max(0.0) as usize;
-            let hi = ((v - 0.5 + r).floor() + 1.0).clamp(0.0, n as f64) as usize;
-            lo..hi
+        self.add_nonfinite(chunk.nonfinite_count(), chunk.nonfinite());
+        let (raster, bands) = self.bands(self.raster.height());
+        let add = |mut band: Band<'_>| {
+            chunk.records().iter().for_each(|c| band.add(raster, c));
+            band.into_fresh()
         };
-        for py in range(y, height) {
-            let wy = self.filter.eval(y - (py as f64 + 0.5)) * self.norm_y[py];
-            for px in range(x, width) {
-                let w = wy * self.filter.eval(x - (px as f64 + 0.5)) * self.norm_x[px];
-                if w != 0.0 {
-                    self.add_to_pixel(py * width as usize + px, c, w);
-                }
-            }
-        }
-    }
-
-    fn add_to_pixel(&mut self, i: usize, c: &Contribution, w: f64) {
-        let add = |plane: &mut Plane, value: Rgb, w: f64| {
-            let p = &mut plane.0[i];
-            p[0] += value.r as f64 * w;
-            p[1] += value.g as f64 * w;
-            p[2] += value.b as f64 * w;
-        };
-        add(&mut self.beauty, c.value, w);
-        let pixels = self.beauty.0.len();
-        for key in self.layers.keys(c) {
-            let plane = self.planes.entry(key).or_insert_with(|| Plane::new(pixels));
-            add(plane, c.value, if key.is_unweighted() { w / c.weight as f64 } else { w });
-        }
+        let fresh = bands.into_iter().map(add).collect();
+        self.rejoin(fresh);
     }
 }
 

@@ -96,7 +96,7 @@ impl Film {
     /// # Errors
     /// [`FilmError::Different`], where the other one is no film of the same window, filter and layers; nothing is added then.
     pub fn merge(&mut self, other: &Film) -> Result<(), FilmError> {
-        if self.description != other.description || self.layers != other.layers {
+        if self.description() != other.description() || self.layers() != other.layers() {
             return Err(FilmError::Different);
         }
         let add = |plane: &mut Plane, other: &Plane| {

@@ -1,6 +1,7 @@
 use glam::Vec2;
 
 use super::*;
+use crate::color::Rgb;
 use crate::description::FilterKind;
 
 fn contribution(x: f32, y: f32, value: f32) -> Contribution {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pathspace_core::Scene;
 use pathspace_core::color::Rgb;
 use pathspace_core::description::Crop;
-use pathspace_core::driver::{self, Work};
+use pathspace_core::driver::{self, Turns, Work};
 use pathspace_core::film::{Chunk, Contribution, Families, Film, Sink};
 use pathspace_core::integrator::{IntegratorError, Run, State};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
@@ -78,6 +78,48 @@ struct Started<S> {
     sum: f64,
     sum2: f64,
     chains: Vec<Mutex<Chain<S>>>,
+}
+
+/// How chains share the mutations of a step.
+#[derive(Clone, Copy)]
+struct Share {
+    /// M.
+    mutations: u64,
+    /// C.
+    chains: u64,
+}
+
+impl Share {
+    /// Mutations of a chain in the first n steps, ⌊(nM + c)/C⌋.
+    fn done(self, chain: u64, steps: u64) -> u64 {
+        let total = u128::from(steps) * u128::from(self.mutations) + u128::from(chain);
+        (total / u128::from(self.chains)) as u64
+    }
+
+    /// Mutations of a chain in step n.
+    fn of(self, chain: u64, step: u64) -> u64 {
+        self.done(chain, step + 1) - self.done(chain, step)
+    }
+
+    /// Parts that a step of a chain is cut into.
+    fn portions(self) -> u64 {
+        self.mutations.div_ceil(self.chains).div_ceil(PORTION)
+    }
+
+    /// Parts that a step is cut into; chains that have no mutation in it have no part.
+    fn tasks(self) -> u64 {
+        self.chains.min(self.mutations) * self.portions()
+    }
+
+    /// Chain and portion of a part of step n. Where there are more chains than mutations, those with nM + c ≥ C − M modulo C have one.
+    fn task(self, step: u64, task: u64) -> (u64, u64) {
+        let Share { mutations, chains } = self;
+        if mutations >= chains {
+            return (task % chains, task / chains);
+        }
+        let before = u128::from(step) * u128::from(mutations) % u128::from(chains);
+        ((2 * chains - mutations - before as u64 + task) % chains, 0)
+    }
 }
 
 /// What people are told of the rounds that have ended; nothing depends on it.
@@ -216,6 +258,47 @@ impl<T: ChainTarget> ChainRun<T> {
         r.is_empty().then_some((past, Some(Started { round, sum, sum2, chains })))
     }
 
+    /// So many steps of the round under way.
+    fn mutate(&self, started: &Started<T::State>, film: &mut Film, steps: u64) -> Work {
+        let mutations = film.pixels();
+        let count = started.chains.len() as u64;
+        if count == 0 {
+            // Nothing emits what the bootstrap could find: black samples.
+            film.add_samples(steps * mutations);
+            return Work { samples: steps * mutations, rays: 0 };
+        }
+        let (b, _) = started.normalisation();
+        let share = Share { mutations, chains: count };
+        let first = self.step - started.round.begin;
+        let (portions, tasks) = (share.portions(), share.tasks());
+        let turns = Turns::new(started.chains.len());
+        let (target, scene) = (&self.target, &*self.scene);
+        driver::run_chunks(film, steps * tasks, |index, chunk| {
+            let (step, task) = (first + index / tasks, index % tasks);
+            let (chain, portion) = share.task(step, task);
+            let n = share.of(chain, step).saturating_sub(portion * PORTION).min(PORTION);
+            // Every step has all portions of a chain, or one mutation of some of the chains.
+            let turn = match mutations < count {
+                true => share.done(chain, step) - share.done(chain, first),
+                false => (step - first) * portions + portion,
+            };
+            let item = portion * count + chain;
+            let address =
+                Address { seed: self.seed, step: started.round.begin + step, item };
+            chunk.begin(address);
+            let one = &started.chains[chain as usize];
+            let done = turns.take(chain as usize, turn, one, |chain| {
+                let mut u = RandomStream::new(address);
+                for _ in 0..n {
+                    chain.mutate(target, scene, b, &mut u, chunk);
+                }
+                chain.flush(target, scene, chunk);
+                n
+            });
+            done.unwrap_or(0)
+        })
+    }
+
     /// Rounds that have begun.
     fn begun(&self) -> u64 {
         let round = self.rounds.at(self.step);
@@ -281,44 +364,20 @@ impl<T: ChainTarget> Run for ChainRun<T> {
     }
 
     fn step(&mut self, film: &mut Film) -> Work {
-        let mut work = self.prepare(film);
-        let mutations = film.pixels();
-        let Some(started) = &self.started else { return work };
-        let count = started.chains.len() as u64;
-        if count == 0 {
-            // Nothing emits what the bootstrap could find: black samples.
-            film.add_samples(mutations);
-            self.step += 1;
+        self.steps(film, 1)
+    }
+
+    fn steps(&mut self, film: &mut Film, count: u64) -> Work {
+        let mut work = Work::default();
+        let end = self.step + count;
+        while self.step < end {
+            work += self.prepare(film);
+            let Some(started) = &self.started else { break };
+            let steps = end.min(started.round.end) - self.step;
+            work += self.mutate(started, film, steps);
+            self.step += steps;
             self.end();
-            return Work { samples: mutations, ..work };
         }
-        let (b, _) = started.normalisation();
-        let local = self.step - started.round.begin;
-        let done = |chain: u64, step: u64| {
-            let total = u128::from(step) * u128::from(mutations) + u128::from(chain);
-            (total / u128::from(count)) as u64
-        };
-        let most = mutations.div_ceil(count);
-        let (target, scene) = (&self.target, &*self.scene);
-        for portion in 0..most.div_ceil(PORTION) {
-            // A chain goes on only when all have ended the portion: its order never depends on threads.
-            work += driver::run_chunks(film, count, |c, chunk| {
-                let all = done(c, local + 1) - done(c, local);
-                let n = all.saturating_sub(portion * PORTION).min(PORTION);
-                let item = portion * count + c;
-                let address = Address { seed: self.seed, step: self.step, item };
-                chunk.begin(address);
-                let mut u = RandomStream::new(address);
-                let mut chain = lock(&started.chains[c as usize]);
-                for _ in 0..n {
-                    chain.mutate(target, scene, b, &mut u, chunk);
-                }
-                chain.flush(target, scene, chunk);
-                n
-            });
-        }
-        self.step += 1;
-        self.end();
         work
     }
 
@@ -384,4 +443,31 @@ const NOT_A_NUMBER: Contribution = Contribution {
 /// Locks although another thread panicked: that panic is passed on anyway.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_steps_are_all_mutations_of_all_chains() {
+        for (mutations, chains) in [(1, 1), (1, 7), (20, 7), (20, 20), (20, 33), (30_000, 3)] {
+            let share = Share { mutations, chains };
+            let mut made = vec![0; chains as usize];
+            for step in 0..40 {
+                let mut all = 0;
+                for task in 0..share.tasks() {
+                    let (chain, portion) = share.task(step, task);
+                    let n = share.of(chain, step).saturating_sub(portion * PORTION).min(PORTION);
+                    assert!(n > 0 || mutations > PORTION, "{mutations} {chains}");
+                    made[chain as usize] += n;
+                    all += n;
+                }
+                assert_eq!(all, mutations);
+                for (chain, made) in made.iter().enumerate() {
+                    assert_eq!(*made, share.done(chain as u64, step + 1));
+                }
+            }
+        }
+    }
 }
