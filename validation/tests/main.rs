@@ -6,6 +6,7 @@ mod crop;
 mod determinism;
 mod exact;
 mod extremes;
+mod faint;
 mod hard;
 mod mlt;
 mod models;

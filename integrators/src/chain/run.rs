@@ -234,16 +234,17 @@ impl<T: ChainTarget> ChainRun<T> {
         }
         let (steps, sum, variance) = (r.u64()?, r.f64()?, r.f64()?);
         let past = Past { steps, sum, variance, tallies: tallies(kinds, &mut r)? };
-        if past.steps != round.begin {
+        // Other options make other rounds.
+        let asked = (r.u64()?, r.u64()?);
+        if past.steps != round.begin || asked != (round.samples, round.chains) {
             return None;
         }
         if r.u8()? == 0 {
             return (r.is_empty() && self.step == round.begin).then_some((past, None));
         }
-        let asked = (r.u64()?, r.u64()?);
         let (sum, sum2) = (r.f64()?, r.f64()?);
         let count = r.len(1)?;
-        if asked != (round.samples, round.chains) || !(count as u64 == round.chains || count == 0) {
+        if !(count as u64 == round.chains || count == 0) {
             return None;
         }
         let mut chains = Vec::with_capacity(count);
@@ -411,10 +412,11 @@ impl<T: ChainTarget> Run for ChainRun<T> {
         w.f64(self.past.sum);
         w.f64(self.past.variance);
         write_tallies(&self.past.tallies, &mut w);
+        let round = self.rounds.at(self.step);
+        w.u64(round.samples);
+        w.u64(round.chains);
         w.u8(u8::from(self.started.is_some()));
         if let Some(started) = &self.started {
-            w.u64(started.round.samples);
-            w.u64(started.round.chains);
             w.f64(started.sum);
             w.f64(started.sum2);
             w.len(started.chains.len());

@@ -273,19 +273,18 @@ fn where_nothing_shines_the_film_stays_black() {
 fn normalisation_comes_to_be_exact_over_the_rounds() {
     let (toy, scene) = (Toy::new(), scene());
     let exact: f64 = toy.f.iter().sum();
-    let (mut sum2, mut said) = (0.0, 0.0);
+    let (mut sum2, mut said, mut said_first) = (0.0, 0.0, 0.0);
     for seed in 0..100 {
         let mut film = film();
         let mut run = run(&scene, &toy, seed, options(2, 16), &State::default());
         assert!(run.normalisation().is_none());
         run.step(&mut film);
-        let (first, first_error) = run.normalisation().unwrap();
-        assert!((first - exact).abs() < 5.0 * first_error + 1e-12);
+        let (_, first_error) = run.normalisation().unwrap();
+        said_first += first_error.powi(2) / 100.0;
         for _ in 0..7 {
             run.step(&mut film);
         }
         let (b, error) = run.normalisation().unwrap();
-        assert!(error < 0.5 * first_error, "{error} after {first_error}");
         sum2 += (b - exact).powi(2) / 100.0;
         said += error.powi(2) / 100.0;
         assert_eq!(run.tallies()[0].1.tried, 160);
@@ -294,6 +293,8 @@ fn normalisation_comes_to_be_exact_over_the_rounds() {
         assert_eq!(figures[2].0, "acceptance, jump");
         assert!(figures[2].1 > 0.0 && figures[2].1 < 1.0);
     }
+    // Eight steps, the later ones with more bootstrap samples.
+    assert!(said < said_first / 8.0, "{said} after {said_first}");
     // A mean of a hundred squares is known to 14 %.
     assert!((sum2 / said - 1.0).abs() < 0.6, "{sum2} against {said}");
 }
