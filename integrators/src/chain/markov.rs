@@ -48,12 +48,7 @@ pub struct Chain<S> {
 impl<S: Clone + Send> Chain<S> {
     /// A chain of weight 1 at its start.
     pub fn new(state: S, kinds: usize) -> Self {
-        Chain {
-            state,
-            weight: 1.0,
-            owed: 0.0,
-            tallies: vec![Tally::default(); kinds],
-        }
+        Chain { state, weight: 1.0, owed: 0.0, tallies: vec![Tally::default(); kinds] }
     }
 
     /// The same chain with this weight.

@@ -284,8 +284,7 @@ impl<T: ChainTarget> ChainRun<T> {
                 false => (step - first) * portions + portion,
             };
             let item = portion * count + chain;
-            let address =
-                Address { seed: self.seed, step: started.round.begin + step, item };
+            let address = Address { seed: self.seed, step: started.round.begin + step, item };
             chunk.begin(address);
             let one = &started.chains[chain as usize];
             let done = turns.take(chain as usize, turn, one, |chain| {

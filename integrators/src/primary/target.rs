@@ -241,11 +241,7 @@ impl<I: Integrand> PrimaryTarget<I> {
         let share_x = self.share(w_x);
         if fault.is_some() || y.f == 0.0 {
             x.spare = Some(y);
-            return Proposal {
-                weight_current: share_x,
-                nonfinite: fault,
-                ..Proposal::rejected(0)
-            };
+            return Proposal { weight_current: share_x, nonfinite: fault, ..Proposal::rejected(0) };
         }
         let share_y = self.share(w_y);
         let state = PrimaryState { point: y, place: x.place, spare: None };
