@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::color::Rgb;
-use crate::texture::Bitmap;
+use crate::texture::{Bitmap, Texture};
 
 /// A whole scene in world units.
 #[derive(Clone, Debug, Default)]
@@ -154,8 +154,27 @@ pub enum MaterialKind {
         /// Seen from behind (the same as `front` where the file gives one model).
         back: Box<MaterialKind>,
     },
+    /// A model with parameters that vary over the surface: one of the others, neither two-sided nor textured itself.
+    Textured {
+        /// The model, with the mean of each texture as its parameter.
+        model: Box<MaterialKind>,
+        /// Which parameters vary, and how.
+        textures: Vec<(Parameter, Arc<Texture>)>,
+    },
     /// Index-matched boundary: rays go straight through. Also a perfect absorber is `Diffuse` with ρ = 0.
     Null,
+}
+
+/// Parameters of scattering models that a texture can stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Parameter {
+    /// Of the non-specular part: `reflectance`, `diffuse_reflectance`.
+    Reflectance,
+    /// Factor on (specular or glossy) reflection.
+    SpecularReflectance,
+    /// Factor on transmission.
+    SpecularTransmittance,
 }
 
 /// Microfacet distributions.

@@ -3,8 +3,10 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
-use pathspace_core::description::{EmitterDescription, MeshData, ShapeGeometry};
+use glam::{DMat3, DVec3, Vec2};
+use pathspace_core::description::{
+    EmitterDescription, MaterialKind, MeshData, Parameter, ShapeGeometry,
+};
 use pathspace_scenes::source::Memory;
 use pathspace_scenes::{LoadedScene, load_str};
 
@@ -159,5 +161,62 @@ fn broken_environments_are_refused() {
     assert_eq!(
         load(&twice, Memory::new().with("e.pfm", good())).unwrap_err(),
         "t.xml:2: more than one environment emitter"
+    );
+}
+
+fn reflectance(texture: &str, files: Memory) -> Result<MaterialKind, String> {
+    let body = format!("<shape type=\"cube\"><bsdf type=\"diffuse\">{texture}</bsdf></shape>");
+    Ok(load(&body, files)?.description.materials[0].kind.clone())
+}
+
+#[test]
+fn textures_stand_for_reflectances() {
+    let board = "<texture type=\"checkerboard\" name=\"reflectance\"><rgb name=\"color0\" value=\"0.8\"/>\
+                 <texture name=\"color1\" type=\"bitmap\"><string name=\"filename\" value=\"e.pfm\"/>\
+                 <string name=\"filter_type\" value=\"nearest\"/></texture>\
+                 <transform name=\"to_uv\"><scale x=\"2\" y=\"2\"/></transform></texture>";
+    let files = Memory::new().with("e.pfm", pfm([0.1, 0.2, 0.3, 0.4]));
+    let kind = reflectance(board, files).unwrap();
+    let MaterialKind::Textured { model, textures } = kind else { panic!("{kind:?}") };
+    let [(Parameter::Reflectance, texture)] = textures.as_slice() else { panic!() };
+    let at = |u, v| texture.eval(Vec2::new(u, v)).r;
+    // The image begins with its upper row, which stands last in the file.
+    assert_eq!([at(0.1, 0.1), at(0.3, 0.1), at(0.8, 0.7)], [0.8, 0.3, 0.2]);
+    let mean = 0.5 * (0.8 + 0.25);
+    let MaterialKind::Diffuse { reflectance } = *model else { panic!() };
+    assert!((reflectance.r - mean).abs() < 1e-6);
+}
+
+#[test]
+fn broken_textures_are_refused() {
+    let error = |texture: &str| {
+        let files = Memory::new().with("e.pfm", pfm([0.1, 0.2, 0.3, 0.4]));
+        reflectance(texture, files).unwrap_err()
+    };
+    let bitmap = |inner: &str| {
+        error(&format!(
+            "<texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"e.pfm\"/>{inner}</texture>"
+        ))
+    };
+    assert_eq!(
+        bitmap("<string name=\"filter_type\" value=\"cubic\"/>"),
+        "t.xml:2: texture \"bitmap\": property \"filter_type\": \"cubic\" is not one of bilinear, nearest"
+    );
+    assert_eq!(
+        bitmap("<string name=\"wrap_mode\" value=\"black\"/>"),
+        "t.xml:2: texture \"bitmap\": property \"wrap_mode\": \"black\" is not one of clamp, mirror, repeat"
+    );
+    assert_eq!(
+        error("<texture type=\"scale\" name=\"reflectance\"/>"),
+        "t.xml:2: texture \"scale\": needs a nested texture"
+    );
+    assert_eq!(
+        error("<texture type=\"scale\" id=\"s\" name=\"reflectance\"><ref id=\"s\"/></texture>"),
+        "t.xml:2: texture \"scale\": textures are nested deeper than 8"
+    );
+    let light = "<shape type=\"cube\"><emitter type=\"area\"><texture type=\"checkerboard\" name=\"radiance\"/></emitter></shape>";
+    assert_eq!(
+        load(light, Memory::new()).unwrap_err(),
+        "t.xml:2: texture \"checkerboard\": a texture is not read here: give a colour"
     );
 }

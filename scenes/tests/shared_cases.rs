@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pathspace_scenes::load;
 
 /// Files that load. Mitsuba 3 loads all but the last five, where it does not know a property.
-const FINE: [&str; 31] = [
+const FINE: [&str; 32] = [
     "alpha0",
     "comment",
     "cyl_stretch",
@@ -37,6 +37,7 @@ const FINE: [&str; 31] = [
     "face_sphere_old",
     "spectrum3",
     "spectrum_rgb",
+    "top_texture",
 ];
 
 /// Files that both refuse.

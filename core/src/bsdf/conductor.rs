@@ -47,6 +47,12 @@ pub struct Conductor {
 }
 
 impl Conductor {
+    /// Takes the value that a texture has at a point, in \[0, 1\].
+    #[inline]
+    pub(super) fn set_factor(&mut self, value: Rgb) {
+        self.specular_reflectance = value;
+    }
+
     /// A conductor of index η + ik and a factor on its reflection.
     ///
     /// # Errors

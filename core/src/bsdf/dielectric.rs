@@ -8,6 +8,7 @@ use super::{
     reflect_about_z,
 };
 use crate::color::Rgb;
+use crate::description::Parameter;
 use crate::measure::Mass;
 use crate::random::coordinate_between;
 
@@ -34,6 +35,15 @@ struct Split {
 }
 
 impl Dielectric {
+    /// Takes the value that a texture has at a point, in \[0, 1\].
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) {
+        match parameter {
+            Parameter::SpecularReflectance => self.specular_reflectance = value,
+            Parameter::SpecularTransmittance => self.specular_transmittance = value,
+            _ => {}
+        }
+    }
+
     /// A boundary with the indices behind (`int_ior`) and in front (`ext_ior`) of the normal and
     /// factors on its two lobes.
     ///

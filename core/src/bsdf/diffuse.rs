@@ -17,6 +17,12 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
+    /// Takes the value that a texture has at a point, in \[0, 1\].
+    #[inline]
+    pub(super) fn set_reflectance(&mut self, value: Rgb) {
+        self.reflectance = value;
+    }
+
     /// A surface of reflectance ρ.
     ///
     /// # Errors

@@ -27,6 +27,7 @@ pub mod fresnel;
 pub mod microfacet;
 mod opaque;
 mod rough_conductor;
+mod textured;
 
 use glam::Vec3;
 
@@ -36,9 +37,11 @@ pub use diffuse::Diffuse;
 pub use error::BsdfError;
 pub use opaque::Opaque;
 pub use rough_conductor::RoughConductor;
+pub use textured::Resolved;
+pub(crate) use textured::Textures;
 
 use crate::color::Rgb;
-use crate::description::MaterialKind;
+use crate::description::{MaterialKind, Parameter};
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::random::PrimarySample;
 
@@ -114,6 +117,18 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
+    /// Sets a parameter of the model in front or behind; nothing where it does not have it.
+    pub(crate) fn set(&mut self, behind: bool, parameter: Parameter, colour: Rgb) {
+        match self {
+            Bsdf::OneSided(model) if !behind => model.set(parameter, colour),
+            Bsdf::TwoSided { front, back } => {
+                (if behind { back } else { front }).set(parameter, colour)
+            }
+            Bsdf::Dielectric(model) if !behind => model.set(parameter, colour),
+            _ => {}
+        }
+    }
+
     /// Builds the model that `kind` describes.
     ///
     /// # Errors
@@ -137,6 +152,7 @@ impl Bsdf {
                 *specular_reflectance,
                 *specular_transmittance,
             )?),
+            MaterialKind::Textured { model, .. } => Bsdf::new(model)?,
             MaterialKind::Null => Bsdf::Null,
         })
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{BsdfError, BsdfSample, Conductor, Diffuse, RoughConductor};
 use crate::color::Rgb;
-use crate::description::MaterialKind;
+use crate::description::{MaterialKind, Parameter};
 use crate::math::warp;
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::random::PrimarySample;
@@ -21,6 +21,18 @@ pub enum Opaque {
 }
 
 impl Opaque {
+    /// Sets a parameter; nothing where the model does not have it.
+    pub(super) fn set(&mut self, parameter: Parameter, colour: Rgb) {
+        match (self, parameter) {
+            (Opaque::Diffuse(model), Parameter::Reflectance) => model.set_reflectance(colour),
+            (Opaque::Conductor(model), Parameter::SpecularReflectance) => model.set_factor(colour),
+            (Opaque::RoughConductor(model), Parameter::SpecularReflectance) => {
+                model.set_factor(colour)
+            }
+            _ => {}
+        }
+    }
+
     /// Builds the opaque model that `kind` describes.
     ///
     /// # Errors
@@ -28,6 +40,7 @@ impl Opaque {
     /// two sides themselves.
     pub fn new(kind: &MaterialKind) -> Result<Self, BsdfError> {
         match kind {
+            MaterialKind::Textured { model, .. } => Opaque::new(model),
             MaterialKind::Diffuse { reflectance } => {
                 Ok(Opaque::Diffuse(Diffuse::new(*reflectance)?))
             }

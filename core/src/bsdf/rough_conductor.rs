@@ -35,6 +35,12 @@ const MAX_ALPHA: f32 = 1e6;
 const EXPECTED: &str = "finite and positive, at most 10⁶";
 
 impl RoughConductor {
+    /// Takes the value that a texture has at a point, in \[0, 1\].
+    #[inline]
+    pub(super) fn set_factor(&mut self, value: Rgb) {
+        self.specular_reflectance = value;
+    }
+
     /// A conductor of index η + ik, a factor on its reflection, and roughness α along x and y.
     ///
     /// # Errors

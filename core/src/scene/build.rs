@@ -8,7 +8,7 @@ use super::check::{check_environment, check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
 use super::warnings::Sizes;
 use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Textures};
 use crate::color::Rgb;
 use crate::description::*;
 use crate::emitter::{Emitter, Emitters, Environment};
@@ -53,6 +53,7 @@ impl Scene {
             shapes,
             prim_shape,
             materials,
+            textures: description.materials.iter().map(|m| Textures::of(&m.kind)).collect(),
             emitters,
             sensor,
             film: description.film,

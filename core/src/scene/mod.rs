@@ -17,7 +17,7 @@ pub use surface::{NO_EMITTER, SurfacePoint};
 
 use glam::{DVec3, Vec3};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Resolved, Textures};
 use crate::color::Rgb;
 use crate::description::FilmDescription;
 use crate::driver::count_ray;
@@ -91,6 +91,8 @@ pub struct Scene {
     /// Shape of each primitive.
     prim_shape: Vec<u32>,
     materials: Vec<Bsdf>,
+    /// Of each material, where it has some.
+    textures: Vec<Option<Textures>>,
     emitters: Emitters,
     sensor: Sensor,
     film: FilmDescription,
@@ -152,8 +154,17 @@ impl Scene {
 
     /// The scattering model at a point.
     #[inline]
-    pub fn bsdf(&self, point: &SurfacePoint) -> &Bsdf {
-        &self.materials[point.material as usize]
+    pub fn bsdf(&self, point: &SurfacePoint) -> Resolved<'_> {
+        let model = &self.materials[point.material as usize];
+        match &self.textures[point.material as usize] {
+            None => Resolved::Constant(model),
+            Some(textures) => Resolved::Here(textures.resolve(model, self.uv(point))),
+        }
+    }
+
+    /// True where a material varies over its surface.
+    pub fn has_textures(&self) -> bool {
+        self.textures.iter().any(Option::is_some)
     }
 
     /// The scattering models.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use pathspace_core::Scene;
-use pathspace_core::bsdf::{Bsdf, Opaque};
+use pathspace_core::bsdf::{Bsdf, Opaque, Resolved};
 use pathspace_core::color::Rgb;
 use pathspace_core::scene::{Chart, SurfacePoint};
 
@@ -123,7 +123,12 @@ impl Mesh {
             self.of_prim.insert(chart.prim + 1, index as u32);
         }
         let any = scene.chart_point(chart, [0.25, 0.25]);
-        let [front, back] = reflectances(scene.bsdf(&any)).ok_or_else(|| {
+        let model = scene.bsdf(&any);
+        if matches!(model, Resolved::Here(_)) {
+            let name = &scene.shapes()[chart.shape as usize].name;
+            return Err(SolveError::Refused(format!("shape '{name}' has a texture")));
+        }
+        let [front, back] = reflectances(&model).ok_or_else(|| {
             SolveError::Refused(format!(
                 "shape '{}' is not diffuse",
                 scene.shapes()[chart.shape as usize].name

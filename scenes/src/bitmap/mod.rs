@@ -32,7 +32,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str, raw: bool) -> Result<Bitmap, Stri
     if reader.format().is_none() && name.to_ascii_lowercase().ends_with(".tga") {
         reader.set_format(ImageFormat::Tga);
     }
-    if reader.format().is_none() {
+    let known =
+        [ImageFormat::Bmp, ImageFormat::Hdr, ImageFormat::Jpeg, ImageFormat::Png, ImageFormat::Tga];
+    if !reader.format().is_some_and(|format| known.contains(&format)) {
         return Err("is no image: known are BMP, EXR, HDR, JPEG, PFM, PNG and TGA".into());
     }
     let mut limits = Limits::default();

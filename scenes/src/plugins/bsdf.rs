@@ -1,10 +1,13 @@
 //! Scattering models.
 
+use std::sync::Arc;
+
 use pathspace_core::Rgb;
-use pathspace_core::description::{MaterialKind, MicrofacetKind};
+use pathspace_core::description::{MaterialKind, MicrofacetKind, Parameter};
+use pathspace_core::texture::Texture;
 
 use super::props::{Props, rounded};
-use super::{Context, ior, metals, support};
+use super::{Context, ior, metals, support, texture};
 use crate::error::{Result, SceneFileError};
 use crate::note::NoteKind;
 use crate::spectrum::Meaning;
@@ -26,28 +29,42 @@ fn nested(
         return Err(props.error("refers to itself"));
     }
     within.push(index);
+    let mut textures = Varying::new();
     let kind = match object.plugin.as_str() {
-        "diffuse" => {
-            MaterialKind::Diffuse { reflectance: props.reflectance(context, "reflectance", 0.5)? }
-        }
+        "diffuse" => MaterialKind::Diffuse {
+            reflectance: factor(context, &mut props, "reflectance", 0.5, &mut textures)?,
+        },
         "dielectric" => MaterialKind::Dielectric {
             int_ior: index_of_refraction(&mut props, "int_ior", "bk7")?,
             ext_ior: index_of_refraction(&mut props, "ext_ior", "air")?,
-            specular_reflectance: props.reflectance(context, "specular_reflectance", 1.0)?,
-            specular_transmittance: props.reflectance(context, "specular_transmittance", 1.0)?,
+            specular_reflectance: factor(
+                context,
+                &mut props,
+                "specular_reflectance",
+                1.0,
+                &mut textures,
+            )?,
+            specular_transmittance: factor(
+                context,
+                &mut props,
+                "specular_transmittance",
+                1.0,
+                &mut textures,
+            )?,
         },
         "conductor" => {
             let (eta, k) = metal(context, &mut props)?;
-            let specular_reflectance = props.reflectance(context, "specular_reflectance", 1.0)?;
+            let specular_reflectance =
+                factor(context, &mut props, "specular_reflectance", 1.0, &mut textures)?;
             MaterialKind::Conductor { eta, k, specular_reflectance }
         }
-        "roughconductor" => rough_conductor(context, &mut props)?,
+        "roughconductor" => rough_conductor(context, &mut props, &mut textures)?,
         "twosided" => {
             let children = props.nested("bsdf")?;
             let mut models = Vec::new();
             for (child, place) in &children {
                 let model = nested(context, *child, within)?;
-                if matches!(model, MaterialKind::Dielectric { .. } | MaterialKind::Null) {
+                if transmits(&model) {
                     let reason = format!(
                         "{} lets light through and cannot be twosided",
                         graph.objects[*child].title()
@@ -63,7 +80,42 @@ fn nested(
     };
     within.pop();
     props.finish(context)?;
-    Ok(kind)
+    Ok(match textures.is_empty() {
+        true => kind,
+        false => MaterialKind::Textured { model: Box::new(kind), textures },
+    })
+}
+
+fn transmits(model: &MaterialKind) -> bool {
+    match model {
+        MaterialKind::Textured { model, .. } => transmits(model),
+        other => matches!(other, MaterialKind::Dielectric { .. } | MaterialKind::Null),
+    }
+}
+
+/// Parameters that textures stand for.
+type Varying = Vec<(Parameter, Arc<Texture>)>;
+
+/// A factor on scattering, 0 to 1: a colour, or a texture, whose mean is returned.
+fn factor(
+    context: &mut Context<'_>,
+    props: &mut Props<'_>,
+    name: &str,
+    default: f32,
+    textures: &mut Varying,
+) -> Result<Rgb> {
+    let Some(index) = props.texture(name)? else {
+        return props.reflectance(context, name, default);
+    };
+    let texture = texture::read(context, index, 0)?;
+    let mean = texture.mean().map(|v| v.clamp(0.0, 1.0));
+    let parameter = match name {
+        "specular_reflectance" => Parameter::SpecularReflectance,
+        "specular_transmittance" => Parameter::SpecularTransmittance,
+        _ => Parameter::Reflectance,
+    };
+    textures.push((parameter, texture));
+    Ok(mean)
 }
 
 /// A twosided model within a twosided one stands for the side that it is seen from.
@@ -155,7 +207,11 @@ const MIN_ALPHA: f64 = 1e-4;
 /// Largest roughness: beyond it the squares of the distribution leave the range of single precision.
 const MAX_ALPHA: f64 = 1e4;
 
-fn rough_conductor(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<MaterialKind> {
+fn rough_conductor(
+    context: &mut Context<'_>,
+    props: &mut Props<'_>,
+    textures: &mut Varying,
+) -> Result<MaterialKind> {
     let distribution = distribution(context, props)?;
     let [alpha_u, alpha_v] = roughness(context, props)?;
     let sample_visible = props.boolean("sample_visible")?.unwrap_or(true);
@@ -167,7 +223,7 @@ fn rough_conductor(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<M
         sample_visible,
         eta,
         k,
-        specular_reflectance: props.reflectance(context, "specular_reflectance", 1.0)?,
+        specular_reflectance: factor(context, props, "specular_reflectance", 1.0, textures)?,
     })
 }
 

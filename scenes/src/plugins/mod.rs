@@ -14,6 +14,7 @@ mod sensor;
 mod shape;
 mod spectrum;
 mod support;
+mod texture;
 mod tube;
 
 use std::collections::HashMap;

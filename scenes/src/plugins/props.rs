@@ -49,6 +49,11 @@ impl<'a> Props<'a> {
         Some(&self.object.properties[at])
     }
 
+    /// Marks a property as understood.
+    pub(crate) fn mark(&mut self, name: &str) {
+        self.take(name);
+    }
+
     /// True where the file gives the property.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.object.properties.iter().any(|p| p.name == name)

@@ -1,7 +1,7 @@
 //! Spectra that are objects: `<spectrum type="…">`.
 
 use super::props::Props;
-use super::{Context, support};
+use super::{Context, support, texture};
 use crate::error::Result;
 use crate::spectrum::{Meaning, Sampled};
 
@@ -48,6 +48,9 @@ pub(super) fn read(context: &mut Context<'_>, index: usize, meaning: Meaning) ->
             let samples = wavelengths.into_iter().zip(values).collect();
             let what = props.what("wavelengths");
             Sampled::new(props.place(), &what, samples)?.to_srgb(meaning)
+        }
+        name if texture::VARYING.contains(&name) => {
+            return Err(props.error("a texture is not read here: give a colour"));
         }
         _ => return Err(support::unknown(object)),
     };

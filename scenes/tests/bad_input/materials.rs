@@ -38,7 +38,7 @@ fn broken_materials_and_lights() {
         (
             bsdf("diffuse\"><texture name=\"reflectance\" type=\"bitmap\"/>"),
             vec![],
-            "bad.xml:3: texture type \"bitmap\" is not understood; known: blackbody, d65, irregular, rawconstant, regular, rgb, srgb, uniform",
+            "bad.xml:3: texture \"bitmap\": needs the property \"filename\"",
         ),
         (
             bsdf("dielectric\"><string name=\"int_ior\" value=\"jelly\"/>"),
