@@ -7,6 +7,7 @@ mod bsdf_properties;
 mod chi2;
 mod delta;
 mod emitters;
+mod far;
 mod geometry;
 mod inverses;
 mod measure;

@@ -62,7 +62,12 @@ impl Exact {
         let v = xa * yc - ya * xc;
         let w = xb * ya - yb * xa;
         let det = u + v + w;
-        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        // Without branches: which side a triangle shows is as good as random.
+        let least = if u < v { u } else { v };
+        let least = if least < w { least } else { w };
+        let most = if u > v { u } else { v };
+        let most = if most > w { most } else { w };
+        let inside = (least >= 0.0) | (most <= 0.0);
         if !inside || det == 0.0 {
             return None;
         }

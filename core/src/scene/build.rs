@@ -44,6 +44,7 @@ impl Scene {
         }
         let Builder { primitives, shapes, prim_shape, emitters, power, environment, .. } = builder;
         let sizes = Sizes::of(description, normalisation);
+        sizes.check()?;
         let warnings = sizes.warnings(&sensor, &emitters, &ball);
         let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
         let emitters = Emitters::new(emitters, &power, ball, environment)

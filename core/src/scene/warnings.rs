@@ -3,13 +3,16 @@
 use glam::DVec3;
 
 use super::build::for_each_bound;
-use super::{Ball, Normalisation};
+use super::{Ball, Normalisation, SceneError};
 use crate::description::SceneDescription;
 use crate::emitter::Emitter;
 use crate::sensor::Sensor;
 
 /// Distance between f32 coordinates in parts of the coordinate, at the most.
 const SPACING: f64 = 1.0 / 8_388_608.0;
+
+/// Shapes narrower than one spacing are refused: no point can be told from another.
+const LEAST_SPACINGS: f64 = 1.0;
 
 /// Shapes that are fewer spacings wide than this are warned about.
 const SPACINGS: f64 = 1000.0;
@@ -27,6 +30,13 @@ struct Size<'a> {
     width: f64,
     /// Largest coordinate of its middle.
     place: f64,
+}
+
+impl Size<'_> {
+    /// Width in spacings of coordinates where the shape lies.
+    fn spacings(&self) -> f64 {
+        self.width / (self.place * SPACING)
+    }
 }
 
 /// Sizes of all shapes.
@@ -47,6 +57,21 @@ impl<'a> Sizes<'a> {
         Sizes(shapes.collect())
     }
 
+    /// # Errors
+    /// The first shape that is narrower than the spacing of coordinates where it lies.
+    pub(super) fn check(&self) -> Result<(), SceneError> {
+        match self.0.iter().find(|s| s.spacings() < LEAST_SPACINGS) {
+            Some(s) => Err(SceneError::Shape {
+                shape: s.name.to_owned(),
+                problem: format!(
+                    "is only {:.3} times as wide as the spacing of f32 coordinates at its place",
+                    s.spacings()
+                ),
+            }),
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn warnings(
         &self,
         sensor: &Sensor,
@@ -55,7 +80,7 @@ impl<'a> Sizes<'a> {
     ) -> Vec<String> {
         let mut out = Vec::new();
         for s in &self.0 {
-            let spacings = s.width / (s.place * SPACING);
+            let spacings = s.spacings();
             if spacings < SPACINGS {
                 out.push(format!(
                     "shape '{}': it is only {spacings:.3} times as wide as the spacing of f32 coordinates at \
