@@ -371,16 +371,12 @@ mod tests {
             ("pssmlt:kernel=gaussian,s1=0.1", "kernel=kelemen"),
             ("pssmlt:kernel=gaussian,s2=0.1", "kernel=kelemen"),
             ("pssmlt:large=0,stratify=true", "large steps"),
-            ("pssmlt:large=0,refine=true", "large steps"),
-            ("mmlt:refine=true", "lengths=step"),
             ("radiosity:h=0.1,elements=100", "h left out"),
         ] {
             let error = create(text).unwrap_err().to_string();
             assert!(error.ends_with(&format!("it is used with {with} alone")), "{text}: {error}");
         }
-        for text in
-            ["bdpt:beta=3", "bdpt:heuristic=cutoff,alpha=0.1", "mmlt:lengths=step,refine=true"]
-        {
+        for text in ["bdpt:beta=3", "bdpt:heuristic=cutoff,alpha=0.1"] {
             assert!(create(text).is_ok(), "{text}");
         }
     }

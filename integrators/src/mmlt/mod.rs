@@ -57,8 +57,6 @@ impl Mmlt {
             return Err(options.bad("mis", "true", "false, or lengths=step"));
         }
         let chain = PrimaryOptions::from_options(options)?;
-        // A chain that keeps its length learns nothing of the others.
-        options.used_if("refine", redraw, "lengths=step")?;
         Ok(Mmlt {
             techniques: Multiplexed::from_options(options, defaults)?,
             options: PrimaryOptions { mis, redraw, ..chain },

@@ -126,7 +126,6 @@ impl PrimaryOptions {
     pub fn from_options(options: &mut Options<'_>) -> Result<Self, SpecError> {
         let large = options.number("large", 0.3, 0.0..=1.0)?;
         options.used_if("stratify", large > 0.0, "large steps")?;
-        options.used_if("refine", large > 0.0, "large steps")?;
         Ok(PrimaryOptions {
             large,
             jump: 0.0,
