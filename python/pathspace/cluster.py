@@ -19,7 +19,9 @@ All machines need the same Python and the same pathspace. From a shell: `python 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
+import pickle
 import sys
 import tempfile
 import time
@@ -122,10 +124,17 @@ def _each(client: Any, items: Iterable[Any], submit: Callable[[Any], Any]) -> It
 
 
 def _scatter(client: Any, scene: Scene) -> tuple[Any, str]:
-    """The scene on every worker, by a hash of its content, and a name for it there."""
+    """The scene for all workers, by a hash of its content, and a name for it there.
+
+    A task and no scattered data: it is made again where all workers that had it have died.
+    """
     source = scene.source.packed()
-    [bundle] = client.scatter([source], broadcast=True, hash=True)
-    return bundle, scene.native.key
+    name = hashlib.blake2b(pickle.dumps((scene.native.key, source)), digest_size=16).hexdigest()
+    return client.submit(_carry, source, key=f"pathspace-scene-{name}"), scene.native.key
+
+
+def _carry(source: Source) -> Source:
+    return source
 
 
 def _scene(source: Source, key: str) -> Scene:

@@ -9,7 +9,7 @@ All queries take and give arrays with one row for each ray.
 | `scene.sample_sensor(pixels, u)` | positions on the film, origins and directions of camera rays |
 | `hits = scene.intersect(o, d)` | the closest surfaces: `hits.hit`, `p`, `n_g`, `n_s`, `material` |
 | `hits.radiance` | L_e back along each ray, of the surroundings where nothing was hit |
-| `hits.leave(d)` | origins of rays that leave in direction `d`, beside the surface |
+| `hits.trace(d)` | the closest surfaces from these points in directions `d` |
 | `hits.bsdf_eval(wo, wi)` | f(ω_o, ω_i) in 1/sr, without cosine |
 | `hits.bsdf_pdf(wo, wi)` | density of `bsdf_sample` per solid angle |
 | `hits.bsdf_sample(wo, u)` | `wi`, weight f·abs(cos θ_i)/p, pdf, whether the event is specular |
@@ -61,7 +61,7 @@ def path_tracer(scene: Scene, spp: int, seed: int) -> Image:
         before, pdf, only_hit = None, np.zeros(count), np.ones(count, bool)
         for length in range(1, longest + 1):
             # Technique s = 0: the ray has hit an emitter.
-            hits = scene.intersect(o, d)
+            hits = scene.intersect(o, d) if before is None else before.trace(d)
             other = np.zeros(count) if before is None else hits.emitters_pdf(before)
             weight = np.where(only_hit, 1.0, pdf**2 / np.maximum(pdf**2 + other**2, 1e-300))
             value += throughput * hits.radiance * column(weight)
@@ -81,6 +81,6 @@ def path_tracer(scene: Scene, spp: int, seed: int) -> Image:
             survival = np.minimum(throughput.max(axis=1), 0.95) if length >= 5 else np.ones(count)
             alive = hits.hit & (rng.random(count) < survival)
             throughput = np.where(column(alive), throughput / np.maximum(column(survival), 1e-300), 0.0)
-            before, o, d = hits, hits.leave(wi), np.where(column(alive), wi, 0.0).astype(np.float32)
+            before, d = hits, np.where(column(alive), wi, 0.0).astype(np.float32)
         film.splat(position, value)
     return film.image(spp)

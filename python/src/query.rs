@@ -188,13 +188,20 @@ impl Hits {
         triples(py, back)
     }
 
-    /// Where a ray in direction `d` (n, 3) begins: beside the point, so that it does not meet its own surface.
-    fn leave<'py>(&self, py: Python<'py>, d: Triples<'py>) -> PyResult<Rows<'py>> {
+    /// The closest surfaces in directions `d` (n, 3) from the points: rays that do not meet their own surface again.
+    fn trace(&self, py: Python<'_>, d: Triples<'_>) -> PyResult<Hits> {
         let d = of_length(rows::<3>(&d, "d")?, self.points.len(), "d")?;
-        let origin = self.points.iter().zip(&d).map(|(point, d)| {
-            point.map_or([0.0; 3], |p| p.spawn(Vec3::from_array(*d)).o.to_array())
+        let world = Arc::clone(&self.world);
+        let points = py.detach(|| {
+            let hit = |(point, d): (&Option<SurfacePoint>, &[f32; 3])| {
+                world.intersect(&point.as_ref()?.spawn(Vec3::from_array(*d)))
+            };
+            self.points.par_iter().zip(&d).map(hit).collect()
         });
-        triples(py, origin)
+        // From where there is no point no ray leaves.
+        let left = |(point, d): (&Option<SurfacePoint>, [f32; 3])| point.map_or([0.0; 3], |_| d);
+        let d = self.points.iter().zip(d).map(left).collect();
+        Ok(Hits { world, points, d })
     }
 
     /// f(ω_o, ω_i) in 1/sr without cosine, specular components left out (n, 3).

@@ -57,7 +57,7 @@ def test_emitters_are_found_with_the_density_they_are_sampled_with(scene, rays):
     lights = hits.sample_emitters(np.random.default_rng(4).random(d.shape))
     seen = lights.visible & (lights.pdf > 0)
     assert seen.any() and not lights.delta.any()
-    found = scene.intersect(hits.leave(lights.d), np.where(seen[:, None], lights.d, 0.0))
+    found = hits.trace(np.where(seen[:, None], lights.d, 0.0))
     assert np.allclose(found.radiance[seen], lights.radiance[seen])
     assert np.allclose(found.emitters_pdf(hits)[seen], lights.pdf[seen], rtol=1e-2)
     assert found.visible(hits)[seen].mean() > 0.99
