@@ -309,6 +309,7 @@ fn model(kind: &MaterialKind) -> &'static str {
         MaterialKind::Conductor { .. } => "conductor",
         MaterialKind::RoughConductor { .. } => "roughconductor",
         MaterialKind::TwoSided { front, .. } => model(front),
+        MaterialKind::Textured { model: textured, .. } => model(textured),
         MaterialKind::Null => "null",
         _ => "other",
     }

@@ -64,15 +64,15 @@ def test_emitters_are_found_with_the_density_they_are_sampled_with(scene, rays):
 
 
 def test_the_path_tracer_in_numpy_is_judged_like_any_other():
-    box = ps.library("cornell-box", res=16, max_depth=4)
-    found = ps.validate(box, [path_tracer, "pt"], spp=16, replicates=20)
+    box = ps.library("cornell-box", res=32, max_depth=3)
+    found = ps.validate(box, [path_tracer, "pt"], spp=64, replicates=20)
     [pair] = found.pairs
     assert found.passed and pair.verdict == "agree" and pair.mdb < 0.05, str(found)
 
     def too_bright(scene, spp, seed):
         return 1.1 * path_tracer(scene, spp, seed)
 
-    assert not ps.validate(box, [too_bright, "pt"], spp=16, replicates=20).passed
+    assert not ps.validate(box, [too_bright, "pt"], spp=64, replicates=20).passed
 
 
 def test_films_are_box_filtered(scene):
