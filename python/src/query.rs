@@ -183,7 +183,7 @@ impl Hits {
         let back = self.points.iter().zip(&self.d).map(|(point, d)| match point {
             Some(p) => self.world.emitted(p, -Vec3::from_array(*d)).to_array(),
             None if *d == [0.0; 3] => [0.0; 3],
-            None => self.world.emitters().background_radiance().to_array(),
+            None => self.world.emitters().background_radiance(Vec3::from_array(*d)).to_array(),
         });
         triples(py, back)
     }
