@@ -16,7 +16,6 @@ pub mod integrator;
 pub mod math;
 pub mod measure;
 pub mod mis;
-pub mod mutant;
 pub mod path;
 pub mod random;
 pub mod scene;

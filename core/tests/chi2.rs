@@ -313,8 +313,9 @@ mod tests {
         let density =
             |w: &Vec3| warp::uniform_sphere_pdf().value() * if w.z > 0.0 { 2.0 } else { 0.0 };
         let sample = |r: &mut Pcg64Mcg| {
-            let w = warp::uniform_hemisphere([r.random(), r.random()]);
-            Some(if r.random::<f32>() < 1e-3 { -w } else { w })
+            let w = warp::uniform_sphere([r.random(), r.random()]);
+            let up = glam::Vec3::new(w.x, w.y, w.z.abs());
+            Some(if r.random::<f32>() < 1e-3 { -up } else { up })
         };
         let outcome = test("leak", &zone(-1.0, 1.0), [16, 16], 100_000, 3, sample, density);
         assert!(outcome.p < 1e-4, "{outcome}");

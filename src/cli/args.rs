@@ -364,7 +364,7 @@ pub(super) struct ReferenceArgs {
 
 #[derive(Clone, Debug, Args)]
 pub(super) struct ValidateArgs {
-    /// What to hold to what: quick, pairs, exact, chains, hard or all; calibration of the tests themselves; or mutants, deliberate bugs
+    /// What to hold to what: quick, pairs, exact, chains, variants, hard or all; calibration of the tests themselves; or mutants, deliberate bugs
     /// that the tests must find.
     #[arg(default_value = "quick")]
     pub(super) suite: String,
@@ -395,6 +395,12 @@ pub(super) struct ValidateArgs {
     /// Seeds with which each mutant is hunted.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub(super) seeds: u64,
+    /// Source tree that mutants are planted in a copy of; the one around the current directory unless given.
+    #[arg(long, value_name = "DIR")]
+    pub(super) source: Option<PathBuf>,
+    /// Run the tests of the mutants in this very program, without any copy: none should fail.
+    #[arg(long)]
+    pub(super) here: bool,
     /// Worker threads; all processors unless given. The figures do not depend on it.
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,

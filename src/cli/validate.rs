@@ -10,7 +10,7 @@ use pathspace_integrators::Registry;
 use pathspace_validation::stats::Verdict;
 use pathspace_validation::suites::{self, Options, Suite};
 use pathspace_validation::validate::{
-    ArmState, Check, CheckOutcome, Failure, Method, Report, SceneReport,
+    ArmState, Check, CheckOutcome, Failure, Method, PairReport, Report, SceneReport,
 };
 use serde::Serialize;
 
@@ -156,7 +156,7 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
     for scene in &report.scenes {
         tell_scene(scene, out)?;
     }
-    for kind in ["exact", "chains", "hard"] {
+    for kind in ["exact", "chains", "numbers", "hard"] {
         let checks: Vec<&Check> = report.checks.iter().filter(|c| c.kind == kind).collect();
         if !checks.is_empty() {
             tell_checks(kind, &checks, out)?;
@@ -195,7 +195,7 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-/// The matrix of a scene: verdict and minimum detectable bias of each pair.
+/// The matrix of a scene: verdict and minimum detectable bias of each pair, of the image and of a tile.
 fn tell_scene(scene: &SceneReport, out: &mut dyn Write) -> Result<()> {
     let [width, height] = scene.size;
     writeln!(out, "{}: {width}×{height}, {:.1} s", scene.scene, scene.seconds)?;
@@ -208,20 +208,24 @@ fn tell_scene(scene: &SceneReport, out: &mut dyn Write) -> Result<()> {
         let name = format!("{} {}", i + 1, arm.integrator);
         let mut row = vec![name, format!("{}×{}", arm.replicates, arm.samples)];
         for other in &arms[..i] {
-            let of = |p: &&pathspace_validation::validate::PairReport| {
-                p.last.a == other.integrator && p.last.b == arm.integrator
-            };
-            row.push(
-                scene.pairs.iter().find(of).map_or("—".into(), |p| {
-                    format!("{} {}", mark(p.outcome), percent(p.last.mdb))
-                }),
-            );
+            let of = |p: &&PairReport| p.last.a == other.integrator && p.last.b == arm.integrator;
+            row.push(scene.pairs.iter().find(of).map_or("—".into(), |p| {
+                format!("{} {}{}", mark(p.outcome), percent(p.last.mdb), tile_mdb(p))
+            }));
         }
         table.row(row);
     }
     table.write("  ", out)?;
     writeln!(out)?;
     Ok(())
+}
+
+/// The minimum detectable bias of a typical tile, behind that of the image.
+fn tile_mdb(pair: &PairReport) -> String {
+    match &pair.last.tiles {
+        Some(tiles) if tiles.mdb.is_finite() => format!("/{}", percent(tiles.mdb)),
+        _ => String::new(),
+    }
 }
 
 fn mark(verdict: Verdict) -> &'static str {

@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         };
         match exact::measure(&scene, &*integrator, &plan, &config) {
             Ok(report) => {
-                for cell in report.cells {
+                for cell in report.report.cells {
                     let t = &cell.test;
                     println!(
                         "{:32} {:9} {:.7} exact {:.7}  p {:.1e}  detectable bias {:.3} %",

@@ -52,7 +52,7 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
         let integrator = Registry::builtin().create(&spec.parse()?, &defaults)?;
         let plan = Plan { mdb, most: steps, ..Plan::default() };
         let report = exact::measure(&scene, &*integrator, &plan, &CompareConfig::default())?;
-        for cell in report.cells {
+        for cell in report.report.cells {
             let t = &cell.test;
             println!(
                 "{spec:8} {:9} {:.7} against {:.7} ({:+.3} %)  p {:.1e}  detectable bias {:.3} %  {:?}",

@@ -41,12 +41,13 @@ fn without_marks(arm: &Arm) -> Arm {
                 let mut dark = value.clone();
                 dark.mean = 0.0;
                 dark.tiles.fill(0.0);
+                (dark.channels, dark.sources) = Default::default();
                 dark
             });
             sum.mean += value.mean;
             sum.tiles.iter_mut().zip(&value.tiles).for_each(|(sum, v)| *sum += v);
         }
-        Observation { classes }
+        Observation { classes, samples: 0 }
     };
     Arm { replicates: arm.replicates.iter().map(one).collect(), ..arm.clone() }
 }

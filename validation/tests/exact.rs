@@ -28,7 +28,7 @@ pub fn measure_as(scene: &ExactScene, spec: &str, plan: &Plan, cells: &mut Vec<M
     let defaults = pathspace_integrators::Defaults { rules: scene.rules };
     let integrator = Registry::builtin().create(&spec.parse().unwrap(), &defaults).unwrap();
     let report = exact::measure(scene, &*integrator, plan, &config);
-    for cell in report.unwrap_or_else(|e| panic!("{}: {e}", scene.name)).cells {
+    for cell in report.unwrap_or_else(|e| panic!("{}: {e}", scene.name)).report.cells {
         let t = &cell.test;
         println!(
             "{spec} on {}, {}: {:.7} exact {:.7}, p {:.1e}, mdb {:.3} %",

@@ -154,7 +154,7 @@ fn path_tracing_agrees_per_bounce_in_a_box_with_blocks() {
         ExactScene { name: "box with blocks", description, rules, expected: expected.collect() };
     let plan = Plan { replicates: 16, mdb: 0.03, seed: 11, ..Plan::default() };
     let report = exact::measure(&scene, &*create("pt"), &plan, &CompareConfig::default());
-    let report = report.expect("a diffuse scene");
+    let report = report.expect("a diffuse scene").report;
     assert_eq!(report.verdict, Verdict::Agree, "{:#?}", report.cells);
 }
 
@@ -210,7 +210,7 @@ fn the_integrator_gives_the_exact_answers_of_enclosures() {
         // Each replicate solves the system anew: no pilot.
         let plan = Plan { replicates: 16, most: 4, mdb: 0.03, seed: 11, ..Plan::default() };
         let report = exact::measure(&scene, &*integrator, &plan, &CompareConfig::default());
-        let report = report.expect("a diffuse scene");
+        let report = report.expect("a diffuse scene").report;
         assert_eq!(report.verdict, Verdict::Agree, "{}: {:#?}", scene.name, report.cells);
     }
 }

@@ -80,9 +80,9 @@ impl Cell {
     pub fn observation(&self) -> Observation {
         let class = |(length, families, mean, tiles): &(u16, u8, f64, Vec<f64>)| {
             let key = PathClass { length: *length, families: Families::from_bits(*families) };
-            (key, ClassMean { mean: *mean, tiles: tiles.clone() })
+            (key, ClassMean { mean: *mean, tiles: tiles.clone(), ..ClassMean::default() })
         };
-        Observation { classes: self.classes.iter().map(class).collect() }
+        Observation { classes: self.classes.iter().map(class).collect(), samples: 0 }
     }
 
     /// [`Cell::observation`] with all that `others` could make as well as one class, which is how another renderer is observed.
@@ -92,15 +92,17 @@ impl Cell {
             if !Families::from_bits(*families).intersects(others) {
                 continue;
             }
-            let sum =
-                sum.get_or_insert_with(|| ClassMean { mean: 0.0, tiles: vec![0.0; tiles.len()] });
+            let sum = sum.get_or_insert_with(|| ClassMean {
+                tiles: vec![0.0; tiles.len()],
+                ..ClassMean::default()
+            });
             sum.mean += mean;
             for (s, t) in sum.tiles.iter_mut().zip(tiles) {
                 *s += t;
             }
         }
         let key = PathClass { length: 0, families: Families::ALL };
-        Observation { classes: sum.into_iter().map(|sum| (key, sum)).collect() }
+        Observation { classes: sum.into_iter().map(|sum| (key, sum)).collect(), samples: 0 }
     }
 
     /// Families of the planes that the image of the part that `families` can make consists of.

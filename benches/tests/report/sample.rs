@@ -9,7 +9,7 @@ use pathspace_benches::results::{
     Ratio, Reference, Results, SCHEMA, SceneResults, TimeToError,
 };
 use pathspace_core::description::FilmDescription;
-use pathspace_validation::pairs::{Judgement, LengthSummary, TileSummary, Unseen};
+use pathspace_validation::pairs::{Channel, Judgement, LengthSummary, TileSummary, Unseen};
 use pathspace_validation::stats::{Reason, Verdict};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -178,6 +178,7 @@ fn pair(a: &str, b: &str, verdict: Verdict) -> PairSummary {
     };
     let test = |length: Option<u32>| LengthSummary {
         length,
+        channel: Channel::Luminance,
         verdict,
         reason,
         p_single: p,
@@ -195,10 +196,14 @@ fn pair(a: &str, b: &str, verdict: Verdict) -> PairSummary {
             mdb: 0.012,
             image: test(None),
             lengths: (1..=6).map(|k| test(Some(k))).collect(),
+            channels: Vec::new(),
+            place: None,
+            common: Vec::new(),
             tiles: Some(TileSummary {
                 columns: 16,
                 rows: 12,
                 groups: 77,
+                mdb: 0.2,
                 share: 0.9,
                 p: 0.3,
                 p_largest: 0.2,

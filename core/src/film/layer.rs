@@ -31,7 +31,21 @@ pub enum LayerKey {
         /// Families that can make the path.
         families: Families,
     },
+    /// Paths of one class from one emitter that one family of techniques made: tells what was rarely sampled from what was not.
+    Source {
+        /// Path length in edges.
+        length: u16,
+        /// Families that can make the path.
+        families: Families,
+        /// The emitter; all from [`MOST_SOURCES`] on share a layer.
+        emitter: u16,
+        /// The family that made it.
+        made_by: Families,
+    },
 }
+
+/// Emitters with a [`LayerKey::Source`] of their own; a film has a plane for each.
+pub const MOST_SOURCES: u16 = 63;
 
 impl LayerKey {
     /// True for layers that undo the MIS weight.
@@ -48,6 +62,10 @@ impl LayerKey {
             LayerKey::Emitter(i) => format!("emitter.{i:03}"),
             LayerKey::Class { length, families } => {
                 format!("class.{length:02}.{:02}", families.bits())
+            }
+            LayerKey::Source { length, families, emitter, made_by } => {
+                let (families, made_by) = (families.bits(), made_by.bits());
+                format!("source.{length:02}.{families:02}.{emitter:02}.{made_by:02}")
             }
         }
     }
@@ -73,6 +91,12 @@ impl LayerKey {
                 length: k.parse().ok()?,
                 families: Families::from_bits(bits.parse().ok()?),
             },
+            ["source", k, bits, emitter, by] => LayerKey::Source {
+                length: k.parse().ok()?,
+                families: Families::from_bits(bits.parse().ok()?),
+                emitter: emitter.parse().ok()?,
+                made_by: Families::from_bits(by.parse().ok()?),
+            },
             _ => return None,
         };
         // One text for each key: neither `length.3` nor bits that no family has.
@@ -87,6 +111,7 @@ impl LayerKey {
             LayerKey::Unweighted { .. } => layers.unweighted,
             LayerKey::Emitter(_) => layers.emitter,
             LayerKey::Class { .. } => layers.class,
+            LayerKey::Source { .. } => layers.class && layers.emitter,
         }
     }
 }
@@ -102,7 +127,7 @@ pub struct Layers {
     pub unweighted: bool,
     /// [`LayerKey::Emitter`].
     pub emitter: bool,
-    /// [`LayerKey::Class`].
+    /// [`LayerKey::Class`]; with [`Layers::emitter`] also [`LayerKey::Source`].
     pub class: bool,
 }
 
@@ -125,6 +150,12 @@ impl Layers {
             (self.unweighted && c.weight > 0.0).then_some(LayerKey::Unweighted { s, t }),
             self.emitter.then_some(LayerKey::Emitter(c.emitter)),
             self.class.then_some(LayerKey::Class { length, families: c.families }),
+            (self.class && self.emitter).then(|| LayerKey::Source {
+                length,
+                families: c.families,
+                emitter: c.emitter.min(u32::from(MOST_SOURCES)) as u16,
+                made_by: Families::of_technique(s, t),
+            }),
         ]
         .into_iter()
         .flatten()
@@ -145,6 +176,12 @@ mod tests {
             LayerKey::Emitter(70_000),
             LayerKey::Class { length: 2, families: Families::ALL },
             LayerKey::Class { length: 2, families: Families::S0 | Families::FAR },
+            LayerKey::Source {
+                length: 2,
+                families: Families::ALL,
+                emitter: MOST_SOURCES,
+                made_by: Families::T1,
+            },
         ];
         for key in keys {
             assert_eq!(LayerKey::from_name(&key.name()), Some(key));

@@ -37,6 +37,23 @@ impl Families {
     /// says who can make a path; it keeps light of the surroundings apart from that of lamps, of which one may be rare where the other is common.
     pub const FAR: Families = Families(64);
 
+    /// The family of technique (s, t).
+    #[inline]
+    pub fn of_technique(s: u16, t: u16) -> Families {
+        match (s, t) {
+            (0, _) => Families::S0,
+            (_, 0) => Families::T0,
+            (_, 1) => Families::T1,
+            (1, _) => Families::S1,
+            _ => Families::INNER,
+        }
+    }
+
+    /// The families that both sets have.
+    pub fn common(self, other: Families) -> Families {
+        Families(self.0 & other.0)
+    }
+
     /// True where the sets share a family.
     #[inline]
     pub fn intersects(self, other: Families) -> bool {

@@ -123,43 +123,6 @@ pub fn uniform_sphere_inverse(w: Vec3) -> [f32; 2] {
     [0.5 * height(w), azimuth(w)]
 }
 
-/// The upper hemisphere with constant density 1/2π.
-#[inline]
-pub fn uniform_hemisphere(u: [f32; 2]) -> Vec3 {
-    from_height(u[0], u[1])
-}
-
-/// Density of [`uniform_hemisphere`]: 1/2π above the horizon, 0 below.
-#[inline]
-pub fn uniform_hemisphere_pdf(cos_theta: f32) -> Density<SolidAngle> {
-    if cos_theta >= 0.0 { Density::new(0.5 * std::f64::consts::FRAC_1_PI) } else { Density::ZERO }
-}
-
-/// Inverse of [`uniform_hemisphere`].
-#[inline]
-pub fn uniform_hemisphere_inverse(w: Vec3) -> [f32; 2] {
-    [height(w), azimuth(w)]
-}
-
-/// The cone 1 − cos θ < `one_minus_cos_max` about +z with constant density. The cone is given by
-/// 1 − cos θ_max ([`one_minus_cos`]), so that narrow cones keep their digits.
-#[inline]
-pub fn uniform_cone(u: [f32; 2], one_minus_cos_max: f32) -> Vec3 {
-    from_height(u[0] * one_minus_cos_max, u[1])
-}
-
-/// Density of [`uniform_cone`] inside the cone: 1/(2π (1 − cos θ_max)).
-#[inline]
-pub fn uniform_cone_pdf(one_minus_cos_max: f32) -> Density<SolidAngle> {
-    Density::new(0.5 * std::f64::consts::FRAC_1_PI / f64::from(one_minus_cos_max))
-}
-
-/// Inverse of [`uniform_cone`]; the first number exceeds 1 outside the cone.
-#[inline]
-pub fn uniform_cone_inverse(w: Vec3, one_minus_cos_max: f32) -> [f32; 2] {
-    [height(w) / one_minus_cos_max, azimuth(w)]
-}
-
 /// Barycentric weights [b₀, b₁, b₂] of a uniform point of a triangle: b₀ = 1 − √u₀, b₁ = u₁√u₀
 /// (Turk 1990, "Generating Random Points in Triangles").
 #[inline]
@@ -180,27 +143,6 @@ pub fn uniform_triangle_inverse(b: [f32; 3]) -> [f32; 2] {
 #[inline]
 pub fn uniform_triangle_pdf(e1: Vec3, e2: Vec3) -> Density<Area> {
     Density::new(2.0 / f64::from(e1.cross(e2).length()))
-}
-
-/// Uniform point of the parallelogram at `origin` with the edges `e1`, `e2`: o + u₀e₁ + u₁e₂.
-#[inline]
-pub fn uniform_parallelogram(u: [f32; 2], origin: Vec3, e1: Vec3, e2: Vec3) -> Vec3 {
-    origin + u[0] * e1 + u[1] * e2
-}
-
-/// Density of [`uniform_parallelogram`]: 1/‖e₁ × e₂‖.
-#[inline]
-pub fn uniform_parallelogram_pdf(e1: Vec3, e2: Vec3) -> Density<Area> {
-    Density::new(1.0 / f64::from(e1.cross(e2).length()))
-}
-
-/// Inverse of [`uniform_parallelogram`] for a point of its plane.
-#[inline]
-pub fn uniform_parallelogram_inverse(p: Vec3, origin: Vec3, e1: Vec3, e2: Vec3) -> [f32; 2] {
-    let n = e1.cross(e2);
-    let scale = 1.0 / n.length_squared();
-    let d = p - origin;
-    [d.cross(e2).dot(n) * scale, e1.cross(d).dot(n) * scale]
 }
 
 #[cfg(test)]
@@ -273,18 +215,6 @@ mod tests {
     }
 
     #[test]
-    fn hemisphere_density_matches_jacobian() {
-        let pdf = |w: Vec3| uniform_hemisphere_pdf(w.z).value();
-        assert_density("hemisphere", uniform_hemisphere, pdf, inside);
-    }
-
-    #[test]
-    fn cone_density_matches_jacobian() {
-        let pdf = uniform_cone_pdf(0.2).value();
-        assert_density("cone", |u| uniform_cone(u, 0.2), |_| pdf, inside);
-    }
-
-    #[test]
     fn triangle_density_matches_jacobian() {
         let (e1, e2) = (Vec3::new(1.0, 0.5, 0.0), Vec3::new(-0.3, 0.8, 2.0));
         let pdf = uniform_triangle_pdf(e1, e2).value();
@@ -296,26 +226,9 @@ mod tests {
     }
 
     #[test]
-    fn parallelogram_density_matches_jacobian() {
-        let (e1, e2) = (Vec3::new(1.0, 0.5, 0.0), Vec3::new(-0.3, 0.8, 2.0));
-        let pdf = uniform_parallelogram_pdf(e1, e2).value();
-        assert_density(
-            "parallelogram",
-            |u| uniform_parallelogram(u, Vec3::ONE, e1, e2),
-            |_| pdf,
-            inside,
-        );
-    }
-
-    #[test]
     fn directions_have_unit_length() {
         for u in grid().chain([[0.0, 0.0], [0.0, 1.0 - 1e-7], [1.0 - 1e-7, 0.0]]) {
-            for w in [
-                cosine_hemisphere(u),
-                uniform_sphere(u),
-                uniform_hemisphere(u),
-                uniform_cone(u, 1e-5),
-            ] {
+            for w in [cosine_hemisphere(u), uniform_sphere(u)] {
                 assert!((w.as_dvec3().length() - 1.0).abs() < 3e-7, "{u:?}: {w}");
             }
         }
@@ -323,28 +236,12 @@ mod tests {
 
     #[test]
     fn inverses_return_the_numbers() {
-        let (o, e1, e2) = (Vec3::ONE, Vec3::new(1.0, 0.5, 0.0), Vec3::new(-0.3, 0.8, 2.0));
         for u in grid() {
             assert_near(concentric_disk_inverse(concentric_disk(u)), u, 1e-6);
             assert_near(cosine_hemisphere_inverse(cosine_hemisphere(u)), u, 1e-6);
             assert_near(uniform_sphere_inverse(uniform_sphere(u)), u, 1e-6);
-            assert_near(uniform_hemisphere_inverse(uniform_hemisphere(u)), u, 1e-6);
-            assert_near(uniform_cone_inverse(uniform_cone(u, 1e-6), 1e-6), u, 1e-5);
             assert_near(uniform_triangle_inverse(uniform_triangle(u)), u, 2e-6);
-            let p = uniform_parallelogram(u, o, e1, e2);
-            assert_near(uniform_parallelogram_inverse(p, o, e1, e2), u, 2e-6);
         }
-    }
-
-    #[test]
-    fn narrow_cone_keeps_its_angle() {
-        // θ_max = 1e-4: 1 − cos θ_max in f32 from the cosine would be 0 or 6e-8.
-        let theta = 1e-4_f64;
-        let k = one_minus_cos((theta.sin() * theta.sin()) as f32, theta.cos() as f32);
-        let exact = 1.0 / (std::f64::consts::TAU * 2.0 * (theta / 2.0).sin().powi(2));
-        assert!((uniform_cone_pdf(k).value() / exact - 1.0).abs() < 1e-6);
-        let w = uniform_cone([1.0, 0.25], k);
-        assert!((f64::from(w.y) / theta.sin() - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -213,6 +213,7 @@ fn cells(l: &LengthSummary) -> Vec<String> {
         Reason::NeverSampled => " (one never finds it)",
         Reason::FewContributions => " (too few hits to judge)",
         Reason::HeavyTail => " (infinite variance)",
+        Reason::NoVariance => " (seeds were not used: its error is unknown)",
     };
     vec![
         l.length.map_or("image".into(), |k| k.to_string()),

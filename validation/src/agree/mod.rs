@@ -205,6 +205,8 @@ pub fn agree(
                 Reason::TooNoisy => Ground::TooNoisy,
                 Reason::NeverSampled => Ground::OneBlack,
                 Reason::FewContributions | Reason::HeavyTail => Ground::HeavyTail,
+                // Of replicates of integrators of our own alone.
+                Reason::NoVariance => Ground::TooNoisy,
             },
         )
     };
@@ -283,8 +285,8 @@ fn arm(name: &str, set: ImageSet<'_>, tiles: &Tiles) -> Arm {
     for image in set.images {
         let tiles = tiles.means(&wide(image));
         let mean = channels::mean(image, Channel::Luminance);
-        let classes = BTreeMap::from([(CLASS, ClassMean { mean, tiles })]);
-        arm.replicates.push(Observation { classes });
+        let classes = BTreeMap::from([(CLASS, ClassMean { mean, tiles, ..ClassMean::default() })]);
+        arm.replicates.push(Observation { classes, samples: 0 });
     }
     arm
 }

@@ -26,6 +26,7 @@ pub fn all() -> Vec<ExactScene> {
         integrating_sphere(),
         integrating_sphere_through_a_lens(),
         integrating_sphere_with_point_light(),
+        integrating_sphere_with_both_lights(),
         concentric_spheres(),
     ]
 }
@@ -81,6 +82,7 @@ fn integrating_sphere_seen(name: &'static str, aperture_radius: f64) -> ExactSce
     let expected = (1..=LENGTHS)
         .map(|k| {
             let families = if k == 1 { DIRECT } else { DIFFUSE };
+            let families = families | Families::T0.when(aperture_radius > 0.0);
             ExactLength::new(k, 0.5_f64.powi(k as i32 - 1), families)
         })
         .collect();
@@ -91,6 +93,15 @@ fn integrating_sphere_seen(name: &'static str, aperture_radius: f64) -> ExactSce
 /// A point light of power Φ off the centre of a sphere of radius R: whatever its position, light reflected j ≥ 1 times has
 /// the uniform irradiance ρ^j Φ/(4πR²). The direct irradiance is I cos θ/d².
 pub fn integrating_sphere_with_point_light() -> ExactScene {
+    point_light_in_a_sphere("integrating sphere with a point light", None)
+}
+
+/// The same with walls that emit as well, L_e = ½: a light of zero size and one of finite size in one scene, whose answers add up.
+pub fn integrating_sphere_with_both_lights() -> ExactScene {
+    point_light_in_a_sphere("integrating sphere with both lights", Some(0.5))
+}
+
+fn point_light_in_a_sphere(name: &'static str, emission: Option<f32>) -> ExactScene {
     const LENGTHS: u32 = 6;
     const FOV: f64 = 110.0;
     let (radius, rho, intensity) = (2.0_f64, 0.5_f64, 3.0_f64);
@@ -98,7 +109,9 @@ pub fn integrating_sphere_with_point_light() -> ExactScene {
     let eye = DVec3::new(-0.4, -0.5, 0.3);
     let mut b = SceneBuilder::new(FILM);
     let grey = b.diffuse(rho as f32);
-    b.sphere(DVec3::ZERO, radius, grey).flip_normals = true;
+    let sphere = b.sphere(DVec3::ZERO, radius, grey);
+    sphere.flip_normals = true;
+    sphere.emission = emission.map(Rgb::grey);
     b.emitter(EmitterDescription::Point {
         position: light,
         intensity: Rgb::grey(intensity as f32),
@@ -114,14 +127,17 @@ pub fn integrating_sphere_with_point_light() -> ExactScene {
         intensity * cos / to_light.length_squared()
     });
     let once = intensity / (radius * radius);
-    let expected = (2..=LENGTHS)
+    let wall = |k: u32| f64::from(emission.unwrap_or(0.0)) * rho.powi(k as i32 - 1);
+    let mut expected: Vec<ExactLength> = (2..=LENGTHS)
         .map(|k| {
             let irradiance = if k == 2 { direct } else { once * rho.powi(k as i32 - 2) };
-            ExactLength::new(k, rho / PI * irradiance, Families::S1 | Families::T1)
+            ExactLength::new(k, rho / PI * irradiance + wall(k), Families::S1 | Families::T1)
         })
         .collect();
+    if emission.is_some() {
+        expected.insert(0, ExactLength::new(1, wall(1), DIRECT));
+    }
     let description = b.finish();
-    let name = "integrating sphere with a point light";
     ExactScene { name, description, rules: up_to(LENGTHS), expected }
 }
 

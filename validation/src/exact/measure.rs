@@ -2,16 +2,27 @@
 
 use std::sync::Arc;
 
-use pathspace_core::film::{Film, Layers};
+use pathspace_core::film::{Families, Film, Layers};
 use pathspace_core::integrator::{Integrator, IntegratorError, Run};
 use pathspace_core::random::derive_seed;
 use pathspace_core::{Scene, SceneError};
 use rayon::prelude::*;
 
-use super::{ExactLength, ExactScene};
+use super::{ExactLength, ExactScene, Made};
 use crate::stats::{
-    CellReport, CompareConfig, PairReport, ReplicateSet, StatsError, Verdict, compare_exact,
+    Cell, CellReport, CompareConfig, ExactReport, StatsError, Verdict, compare_exact,
 };
+
+/// What was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// How it compares with the exact values.
+    pub report: ExactReport,
+    /// Families of techniques that the integrator uses on the scene.
+    pub families: Families,
+    /// What its techniques made.
+    pub made: Made,
+}
 
 /// How long to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,26 +95,28 @@ pub fn measure(
     integrator: &dyn Integrator,
     plan: &Plan,
     config: &CompareConfig,
-) -> Result<PairReport, ExactError> {
+) -> Result<Measured, ExactError> {
     let built = Arc::new(Scene::new(&scene.description)?);
-    let expected = scene.seen_by(integrator.families(&built));
+    let families = integrator.families(&built);
+    let expected = scene.seen_by(families);
     if expected.is_empty() {
-        return Ok(PairReport {
-            a: integrator.spec(),
-            b: "exact".into(),
-            replicates_a: 0,
-            replicates_b: 0,
+        let report = ExactReport {
+            replicates: 0,
             verdict: Verdict::Inconclusive,
             p: 1.0,
             mdb: f64::INFINITY,
             cells: Vec::new(),
-        });
+        };
+        return Ok(Measured { report, families, made: Made::default() });
     }
     let test = Test { built: &built, expected: &expected, integrator, config };
     let steps = test.pilot(plan)?;
     let mut replicates = test.start(plan, plan.seed)?;
     expose(&mut replicates, steps);
-    test.report(&replicates)
+    let report = test.report(&replicates)?;
+    let mut made = Made::default();
+    replicates.iter().for_each(|(_, film)| made.add(film));
+    Ok(Measured { report, families, made })
 }
 
 /// What is held to what.
@@ -121,7 +134,8 @@ impl Test<'_> {
     fn start(&self, plan: &Plan, seed: u64) -> Result<Vec<Replicate>, ExactError> {
         let one = |r: usize| {
             let run = self.integrator.start(self.built.clone(), derive_seed(seed, r as u64))?;
-            let film = Film::new(self.built.film(), Layers { length: true, ..Layers::NONE });
+            let layers = Layers { length: true, technique: true, ..Layers::NONE };
+            let film = Film::new(self.built.film(), layers);
             Ok((run, film))
         };
         (0..plan.replicates).map(one).collect()
@@ -170,7 +184,7 @@ impl Test<'_> {
     }
 
     /// Squared ratio of the standard errors to those that make the bias `mdb` detectable, in the worst cell.
-    fn shortfall(&self, report: &PairReport, mdb: f64) -> f64 {
+    fn shortfall(&self, report: &ExactReport, mdb: f64) -> f64 {
         let cells = report.cells.iter().zip(self.expected);
         let of_cell = |(cell, expected): (&CellReport, &ExactLength)| {
             let (test, mu) = (&cell.test, expected.mean.abs());
@@ -190,19 +204,20 @@ impl Test<'_> {
         cells.map(of_cell).fold(0.0, f64::max)
     }
 
-    fn report(&self, replicates: &[Replicate]) -> Result<PairReport, ExactError> {
-        let (arm, expected) = (self.integrator.spec(), self.expected);
-        let mut set = ReplicateSet::new(expected.iter().map(ExactLength::cell).collect());
+    fn report(&self, replicates: &[Replicate]) -> Result<ExactReport, ExactError> {
+        let expected = self.expected;
+        let cells: Vec<Cell> = expected.iter().map(ExactLength::cell).collect();
+        let mut rows = Vec::with_capacity(replicates.len());
         for (_, film) in replicates {
             if film.nonfinite() > 0 {
                 let first = format!("{:?}", film.nonfinite_examples().first());
                 return Err(ExactError::NonFinite { count: film.nonfinite(), first });
             }
-            set.push(&arm, expected.iter().map(|e| e.observe(film)).collect())?;
+            rows.push(expected.iter().map(|e| e.observe(film)).collect());
         }
         let exact: Vec<f64> = expected.iter().map(|e| e.mean).collect();
         let uncertainty: Vec<f64> = expected.iter().map(|e| e.uncertainty).collect();
-        Ok(compare_exact(&set, &arm, &exact, &uncertainty, self.config)?)
+        Ok(compare_exact(&cells, &rows, &exact, &uncertainty, self.config)?)
     }
 }
 

@@ -16,11 +16,13 @@ pub mod cup;
 pub mod enclosures;
 pub mod forms;
 pub mod glass;
+mod made;
 mod measure;
 mod quadrature;
 pub mod receivers;
 
-pub use measure::{ExactError, Plan, measure};
+pub use made::Made;
+pub use measure::{ExactError, Measured, Plan, measure};
 
 use pathspace_core::color::luminance;
 use pathspace_core::description::SceneDescription;

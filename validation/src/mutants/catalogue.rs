@@ -1,65 +1,97 @@
-//! Which mutant is hunted where, and with how much work.
+//! Which mutant is hunted where, and with how much work: the files of validation/mutants.
 
-use pathspace_core::mutant::Mutant;
+use std::fs;
+use std::path::Path;
 
-/// A test and the mutant that it must find.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hunt {
-    /// The bug.
-    pub mutant: Mutant,
+use serde::Deserialize;
+
+use super::MutantError;
+
+/// Where the catalogue lies in a source tree.
+pub const FOLDER: &str = "validation/mutants";
+
+/// A deliberate bug as a change of source text, and the test that must find it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mutant {
+    /// Name, that of its file: `no-cosine-at-light`.
+    #[serde(skip)]
+    pub name: String,
+    /// What is wrong.
+    pub about: String,
+    /// The lines that change.
+    #[serde(rename = "edit")]
+    pub edits: Vec<Edit>,
     /// The test.
-    pub level: Level,
+    pub test: Test,
+}
+
+/// A change of one file.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Edit {
+    /// The file, from the root of the source tree.
+    pub file: String,
+    /// Text that occurs once in it.
+    pub old: String,
+    /// What stands there instead. `@on` is a condition: true where the mutant is on. Text without it is an expression that
+    /// takes the place of another one.
+    pub new: String,
 }
 
 /// A test of one level.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Level {
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Test {
     /// L0: weights of this many paths of a library scene by an integrator against the oracle.
     Oracle {
         /// The scene.
-        scene: &'static str,
+        scene: String,
         /// A path tracer with its options.
-        integrator: &'static str,
+        integrator: String,
         /// Samples.
         samples: u64,
     },
     /// L2: an integrator against an exact scene.
     Exact {
         /// Name of the exact scene.
-        scene: &'static str,
+        scene: String,
         /// The integrator.
-        integrator: &'static str,
-        /// Replicates.
-        replicates: usize,
+        integrator: String,
         /// Rays in the first round.
         rays: u64,
         /// Turn flat emitters over by a transform that mirrors, so that all is dark.
+        #[serde(default)]
         mirrored: bool,
     },
     /// L4: a chain of one kind of mutation on a library scene, by the tests of [`crate::chains`].
     Chain {
         /// The scene.
-        scene: &'static str,
+        scene: String,
         /// What is mutated, with its options.
         chain: Chain,
         /// Bootstrap samples that each test starts from in the first round.
         starts: u64,
     },
+    /// L1: random numbers and the steps of kernels.
+    Numbers,
     /// L3: two integrators on a library scene.
     Pair {
         /// The scene.
-        scene: &'static str,
+        scene: String,
         /// The integrators.
-        integrators: [&'static str; 2],
+        integrators: [String; 2],
         /// Rays of each in the first round.
         rays: u64,
         /// Render a part of the film only.
+        #[serde(default)]
         cropped: bool,
     },
 }
 
 /// A chain that is tested by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Chain {
     /// Numbers of path tracing, Kelemen's kernel.
     Primary,
@@ -67,129 +99,66 @@ pub enum Chain {
     PathSpace,
     /// Numbers of bidirectional path tracing, jumps between techniques most of the time.
     Jumps,
+    /// Whole paths, manifold perturbation.
+    Manifold,
 }
 
-impl Level {
-    /// `L0`, `L2`, `L3` or `L4`.
-    pub fn name(&self) -> &'static str {
+impl Test {
+    /// `L0` to `L4`.
+    pub fn level(&self) -> &'static str {
         match self {
-            Level::Oracle { .. } => "L0",
-            Level::Exact { .. } => "L2",
-            Level::Pair { .. } => "L3",
-            Level::Chain { .. } => "L4",
+            Test::Oracle { .. } => "L0",
+            Test::Exact { .. } => "L2",
+            Test::Numbers => "L1",
+            Test::Pair { .. } => "L3",
+            Test::Chain { .. } => "L4",
         }
     }
 
     /// What is looked at, in words.
     pub fn subject(&self) -> String {
         match self {
-            Level::Oracle { scene, integrator, samples } => {
+            Test::Oracle { scene, integrator, samples } => {
                 format!("{integrator} on {scene}, {samples} samples")
             }
-            Level::Exact { scene, integrator, rays, .. } => {
+            Test::Exact { scene, integrator, rays, .. } => {
                 format!("{integrator} on {scene}, {:.1e} rays", *rays as f64)
             }
-            Level::Chain { scene, chain, starts } => {
+            Test::Chain { scene, chain, starts } => {
                 let chain = match chain {
                     Chain::Primary => "pssmlt over pt",
                     Chain::PathSpace => "mlt, bidirectional mutation",
                     Chain::Jumps => "rjmlt, jumps",
+                    Chain::Manifold => "mlt, manifold perturbation",
                 };
                 format!("{chain} on {scene}, {:.1e} starts", *starts as f64)
             }
-            Level::Pair { scene, integrators: [a, b], rays, .. } => {
+            Test::Numbers => "random numbers and kernels".into(),
+            Test::Pair { scene, integrators: [a, b], rays, .. } => {
                 format!("{a} and {b} on {scene}, {:.1e} rays each", *rays as f64)
             }
         }
     }
 }
 
-const fn exact(mutant: Mutant, scene: &'static str, integrator: &'static str, rays: u64) -> Hunt {
-    let level = Level::Exact { scene, integrator, replicates: 32, rays, mirrored: false };
-    Hunt { mutant, level }
-}
-
-const fn pair(
-    mutant: Mutant,
-    scene: &'static str,
-    integrators: [&'static str; 2],
-    rays: u64,
-) -> Hunt {
-    Hunt { mutant, level: Level::Pair { scene, integrators, rays, cropped: false } }
-}
-
-const fn chain(mutant: Mutant, scene: &'static str, chain: Chain, starts: u64) -> Hunt {
-    Hunt { mutant, level: Level::Chain { scene, chain, starts } }
-}
-
-/// Chains of a bootstrap that short replicates can afford.
-const CHAINS: &str = "pssmlt:bootstrap=256,chains=16,mis=false";
-/// Chains that hardly ever take a large step, which would mend what small steps spoil.
-const LOCAL: &str = "pssmlt:bootstrap=64,chains=1,mis=false,large=0.01,kernel=gaussian,sigma=0.05";
-/// The same with large steps as samples of their own.
-const MIXED: &str = "pssmlt:bootstrap=256,chains=16,mis=true";
-
-/// A scene of the hunt alone.
-pub(super) const COARSE_BALL: &str = "coarse ball";
-
-/// A hunt for every mutant.
-pub fn hunts() -> Vec<Hunt> {
-    use Mutant::*;
-    const TINY: u64 = 100_000;
-    const FEW: u64 = 250_000;
-    const MANY: u64 = 1_000_000;
-    vec![
-        exact(CosineAtLight, "sphere light", "pt", FEW),
-        Hunt {
-            mutant: CosineInWeights,
-            level: Level::Oracle { scene: "cornell-box", integrator: "pt", samples: 2000 },
-        },
-        pair(RouletteUndivided, "cornell-box", ["pt", "bdpt"], FEW),
-        pair(RouletteForwardOnly, "cornell-box", ["pt", "bdpt"], 2 * FEW),
-        exact(RadianceUncompressed, "glass in a furnace, from inside", "pt", FEW),
-        exact(ImportanceCompressed, "refractive plane", "lt", FEW),
-        pair(TechniqueForgotten, "cornell-box", ["pt", "bdpt"], FEW),
-        exact(DeltaLightTwice, "integrating sphere with a point light", "bdpt", TINY),
-        exact(EnvironmentSine, "white corner in a furnace", "pt", FEW),
-        pair(ShadingAdjoint, COARSE_BALL, ["pt", "lt"], FEW),
-        pair(SharedSeed, "cornell-box", ["pt", "lt"], TINY),
-        exact(LobeProbability, "glass in a furnace, from outside", "pt", FEW),
-        exact(TotalReflection, "glass cube in a furnace", "pt", FEW),
-        pair(NanDropped, "cornell-box", ["pt", "bdpt"], 2 * MANY),
-        Hunt {
-            mutant: CropScale,
-            level: Level::Pair {
-                scene: "cornell-box",
-                integrators: ["pt", "lt"],
-                rays: TINY,
-                cropped: true,
-            },
-        },
-        pair(UniformEmission, "cornell-box", ["pt", "lt"], FEW),
-        Hunt {
-            mutant: MirroredSide,
-            level: Level::Exact {
-                scene: "perpendicular rectangles",
-                integrator: "pt",
-                replicates: 32,
-                rays: TINY,
-                mirrored: true,
-            },
-        },
-        pair(
-            Multiplexing,
-            "cornell-box",
-            ["bdpt", "mmlt:bootstrap=256,chains=16,lengths=step"],
-            FEW,
-        ),
-        chain(ProposalAsymmetry, "cornell-box", Chain::PathSpace, 20_000),
-        pair(RejectedDropped, "cornell-box", ["bdpt", CHAINS], FEW),
-        pair(OtherLengths, "cornell-box", ["bdpt", CHAINS], FEW),
-        chain(IndependentB, "cornell-box", Chain::Primary, 10_000),
-        pair(ChainWeight, "cornell-box", ["bdpt", "mmlt:bootstrap=256,chains=16"], FEW),
-        pair(LargeStepWeight, "cornell-box", ["bdpt", MIXED], FEW),
-        pair(RejectedKept, "cornell-box", ["bdpt", LOCAL], MANY),
-        pair(LazyTime, "cornell-box", ["bdpt", LOCAL], 2 * MANY),
-        chain(JumpJacobian, "cornell-box", Chain::Jumps, 40_000),
-    ]
+/// The catalogue of the source tree at `source`, by name.
+///
+/// # Errors
+/// Where a file cannot be read or is not of this form.
+pub fn catalogue(source: &Path) -> Result<Vec<Mutant>, MutantError> {
+    let folder = source.join(FOLDER);
+    let entries = fs::read_dir(&folder).map_err(|e| MutantError::file(&folder, e))?;
+    let mut mutants = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| MutantError::file(&folder, e))?.path();
+        if path.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).map_err(|e| MutantError::file(&path, e))?;
+        let mutant: Mutant = toml::from_str(&text).map_err(|e| MutantError::file(&path, e))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        mutants.push(Mutant { name, ..mutant });
+    }
+    mutants.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(mutants)
 }

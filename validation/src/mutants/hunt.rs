@@ -1,4 +1,4 @@
-//! Goes hunting: runs the test of a mutant, with the mutant and without.
+//! Runs the test of a mutant, in whatever build this is.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -12,7 +12,6 @@ use pathspace_core::description::{
 };
 use pathspace_core::film::RecordingSink;
 use pathspace_core::integrator::{Integrator, PathEstimator};
-use pathspace_core::mutant::{self, Mutant};
 use pathspace_core::path::{Technique, WalkRules, ln_density, samplable};
 use pathspace_core::random::{Address, RandomStream, derive_seed};
 use pathspace_integrators::mlt::Mlt;
@@ -23,13 +22,14 @@ use pathspace_integrators::rjmlt::Rjmlt;
 use pathspace_integrators::{Defaults, Registry};
 use pathspace_scenes::library;
 
-use super::catalogue::{COARSE_BALL, Chain, Hunt, Level};
+use super::MutantError;
+use super::catalogue::{Chain, Test};
 use crate::chains;
 use crate::exact::ExactScene;
 use crate::scene_builder::{SceneBuilder, smooth_sphere};
 use crate::stats::{StatsError, holm};
 use crate::suites;
-use crate::validate::{CheckOutcome, Config, Confirmed, compare_on};
+use crate::validate::{CheckOutcome, Config, Confirmed, Pairing, Report, compare_on};
 
 /// Level of one test.
 const ALPHA: f64 = 1e-6;
@@ -42,89 +42,67 @@ const STEPS: u64 = 2;
 /// Relative difference of a weight from the oracle's beyond rounding.
 const TOLERANCE: f64 = 1e-3;
 
-/// What a hunt brought.
+/// A scene of the hunt alone.
+const COARSE_BALL: &str = "coarse ball";
+/// Replicates of a test against an exact answer.
+const REPLICATES: usize = 32;
+
+/// What the test of a mutant said.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Seeds tried.
     pub seeds: u64,
-    /// Seeds on which the mutant was found.
-    pub caught: u64,
-    /// Seeds on which the test failed without any mutant.
-    pub false_alarms: u64,
-    /// Wall-clock seconds of all with the mutant.
+    /// Seeds on which the test failed: the mutant is found where it is on, and a false alarm where none is.
+    pub failed: u64,
+    /// Wall-clock seconds of all.
     pub seconds: f64,
 }
 
-/// Why there is no hunt.
-#[derive(Debug, thiserror::Error, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum MutantError {
-    /// The build leaves mutants out.
-    #[error("this build has no mutants; build with --features mutants")]
-    NotBuilt,
-    /// A test can not be run as it stands in the catalogue.
-    #[error("{0}")]
-    Bad(String),
-}
-
-/// Tries a hunt with `seeds` seeds derived from `seed`. Mutants are switched on for the whole process: one hunt at a time.
+/// Runs a test with `seeds` seeds derived from `seed`, until `watch` says to stop.
 ///
 /// # Errors
 /// [`MutantError`].
-pub fn hunt(hunt: &Hunt, seed: u64, seeds: u64) -> Result<Outcome, MutantError> {
-    let mut outcome = Outcome { seeds, ..Outcome::default() };
+pub fn hunt(
+    test: &Test,
+    seed: u64,
+    seeds: u64,
+    watch: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Outcome, MutantError> {
+    let mut outcome = Outcome::default();
+    let clock = Instant::now();
     for index in 0..seeds {
-        let own = derive_seed(seed, index);
-        if fails(&hunt.level, own)? {
-            outcome.false_alarms += 1;
+        if watch().is_break() {
+            break;
         }
-        let _off = On::new(hunt.mutant)?;
-        let clock = Instant::now();
-        if fails(&hunt.level, own)? {
-            outcome.caught += 1;
-        }
-        outcome.seconds += clock.elapsed().as_secs_f64();
+        outcome.failed += u64::from(fails(test, derive_seed(seed, index))?);
+        outcome.seeds += 1;
     }
+    outcome.seconds = clock.elapsed().as_secs_f64();
     Ok(outcome)
-}
-
-/// A mutant that is on until this is dropped.
-struct On;
-
-impl On {
-    fn new(mutant: Mutant) -> Result<Self, MutantError> {
-        if mutant::switch(Some(mutant)) { Ok(On) } else { Err(MutantError::NotBuilt) }
-    }
-}
-
-impl Drop for On {
-    fn drop(&mut self) {
-        mutant::switch(None);
-    }
 }
 
 fn bad(error: impl std::fmt::Display) -> MutantError {
     MutantError::Bad(error.to_string())
 }
 
-/// Runs the test; true where it fails. Scenes are built anew: some mutants are in there.
-fn fails(level: &Level, seed: u64) -> Result<bool, MutantError> {
-    match *level {
-        Level::Oracle { scene, integrator, samples } => {
+/// Runs the test; true where it fails.
+fn fails(test: &Test, seed: u64) -> Result<bool, MutantError> {
+    match test {
+        Test::Oracle { scene, integrator, samples } => {
             let (scene, rules) = library_scene(scene, false)?;
-            oracle_fails(&scene, integrator, rules, samples, seed)
+            oracle_fails(&scene, integrator, rules, *samples, seed)
         }
-        Level::Exact { scene, integrator, replicates, rays, mirrored } => {
+        Test::Exact { scene, integrator, rays, mirrored } => {
             let mut scenes = crate::exact::all().into_iter();
             let mut scene = scenes
-                .find(|s| s.name == scene)
+                .find(|s| s.name == scene.as_str())
                 .ok_or_else(|| bad(format!("no exact scene '{scene}'")))?;
-            if mirrored {
+            if *mirrored {
                 turn_lights_away(&mut scene);
             }
             let film = &mut scene.description.film;
             *film = FilmDescription::new(film.width.div_ceil(4), film.height.div_ceil(4));
-            let config = Config { replicates, ..config(seed, rays) };
+            let config = Config { replicates: REPLICATES, ..config(seed, *rays) };
             let integrator = create(integrator, scene.rules)?;
             let check = suites::check(&scene, &*integrator, &config, ALPHA, "mutant");
             match check.outcome {
@@ -137,18 +115,30 @@ fn fails(level: &Level, seed: u64) -> Result<bool, MutantError> {
                 outcome => Ok(outcome == CheckOutcome::Failed),
             }
         }
-        Level::Chain { scene, chain, starts } => {
+        Test::Chain { scene, chain, starts } => {
             let (scene, rules) = library_scene(scene, false)?;
             let rules = WalkRules { max_length: rules.max_length.or(Some(LONGEST)), ..rules };
-            chain_fails(&scene, chain, rules, starts, seed)
+            chain_fails(&scene, *chain, rules, *starts, seed)
         }
-        Level::Pair { scene, integrators, rays, cropped } => {
-            let (scene, rules) = library_scene(scene, cropped)?;
-            let config = config(seed, rays);
-            let [a, b] = [create(integrators[0], rules)?, create(integrators[1], rules)?];
+        Test::Numbers => {
+            let mut report = Report::new("mutant", &Config { seed, ..Config::default() }, 1);
+            suites::numbers(&mut report, ALPHA).map_err(bad)?;
+            Ok(!report.passed())
+        }
+        Test::Pair { scene, integrators, rays, cropped } => {
+            let (scene, rules) = library_scene(scene, *cropped)?;
+            let config = config(seed, *rays);
+            let [a, b] = [create(&integrators[0], rules)?, create(&integrators[1], rules)?];
             let watch = &mut |_: &str| ControlFlow::Continue(());
-            let mut report = crate::validate::Report::new("mutant", &config, 1);
-            report.scenes.extend(compare_on("mutant", &scene, &[&*a, &*b], &config, ALPHA, watch));
+            let mut report = Report::new("mutant", &config, 1);
+            report.scenes.extend(compare_on(
+                "mutant",
+                &scene,
+                (&[&*a, &*b], Pairing::All),
+                &config,
+                ALPHA,
+                watch,
+            ));
             Ok(!report.passed())
         }
     }
@@ -233,8 +223,13 @@ fn chain_fails(
                 let target = PrimaryTarget::new(rjmlt.techniques, rjmlt.options);
                 chains::primary("rjmlt", target, chains::SELECTOR, scene, seed, starts)
             }
-            Chain::PathSpace => {
-                let spec = spec("mlt:lens=0,caustic=0,multi=0,manifold=0")?;
+            Chain::PathSpace | Chain::Manifold => {
+                let manifold = chain == Chain::Manifold;
+                let spec = spec(if manifold {
+                    "mlt:bidir=0,lens=0,caustic=0,multi=0,area=1"
+                } else {
+                    "mlt:lens=0,caustic=0,multi=0,manifold=0"
+                })?;
                 let target = Mlt::from_spec(&spec, &defaults).map_err(bad)?.target(scene);
                 chains::path("mlt", &target, scene, seed, starts)
             }

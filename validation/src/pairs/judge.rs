@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::{CellTest, test_cells};
+use super::cells::{CellTest, Channel, test_cells};
 use super::observe::{Arm, Tiles, common_classes};
+use super::place::{Place, place};
 use super::tiles::{TileSummary, tile_test};
 use super::unseen;
 use crate::json::number;
@@ -31,6 +32,9 @@ pub struct Unseen {
 pub struct LengthSummary {
     /// Path length in edges; null for the image.
     pub length: Option<u32>,
+    /// What was looked at; the means are in it.
+    #[serde(default = "luminance")]
+    pub channel: Channel,
     /// Verdict.
     pub verdict: Verdict,
     /// Why.
@@ -44,12 +48,17 @@ pub struct LengthSummary {
     /// Minimum detectable bias, relative.
     #[serde(deserialize_with = "number")]
     pub mdb: f64,
-    /// Mean luminance of the first integrator.
+    /// Mean of the first integrator.
     #[serde(deserialize_with = "number")]
     pub mean_a: f64,
-    /// Mean luminance of the second.
+    /// Mean of the second.
     #[serde(deserialize_with = "number")]
     pub mean_b: f64,
+}
+
+/// Of reports that knew no other.
+fn luminance() -> Channel {
+    Channel::Luminance
 }
 
 /// Two integrators judged on the paths that both can make.
@@ -71,6 +80,15 @@ pub struct Judgement {
     pub image: LengthSummary,
     /// The tests on path lengths.
     pub lengths: Vec<LengthSummary>,
+    /// The tests on red and blue, of the image and of path lengths; none of a grey scene.
+    #[serde(default)]
+    pub channels: Vec<LengthSummary>,
+    /// The paths on which the two differ most, where they look as if they did.
+    #[serde(default)]
+    pub place: Option<Place>,
+    /// Techniques that both use, in words: a mistake in one of these may show in neither.
+    #[serde(default)]
+    pub common: Vec<String>,
     /// The test on tiles, with enough replicates.
     pub tiles: Option<TileSummary>,
     /// What was left out.
@@ -94,9 +112,20 @@ pub fn judge(
         own.rule.alpha *= 0.5;
     }
     let classes = common_classes(a, b);
-    let cells = test_cells(a, b, &classes, &own)?;
+    let mut cells = test_cells(a, b, &classes, &own)?;
+    let blind = a.ignores_its_seed() || b.ignores_its_seed();
+    if blind {
+        for cell in &mut cells {
+            (cell.verdict, cell.reason) = (Verdict::Inconclusive, Reason::NoVariance);
+        }
+    }
+    let with_tiles = with_tiles && !blind;
     let tiles = if with_tiles { tile_test(a, b, &classes, tiles, own.rule.alpha)? } else { None };
     let (verdict, p) = combine(&cells, tiles.as_ref(), with_tiles);
+    let of = |coloured: bool| {
+        let wanted = move |c: &&CellTest| (c.channel != Channel::Luminance) == coloured;
+        cells[1..].iter().filter(wanted).map(cell_summary).collect()
+    };
     Ok(Judgement {
         a: a.name.clone(),
         b: b.name.clone(),
@@ -104,7 +133,10 @@ pub fn judge(
         p,
         mdb: cells[0].test.mdb,
         image: cell_summary(&cells[0]),
-        lengths: cells[1..].iter().map(cell_summary).collect(),
+        lengths: of(false),
+        channels: of(true),
+        place: place(a, b, &classes)?,
+        common: unseen::techniques(a.families.common(b.families)),
         tiles,
         unseen: [left_out(a, b), left_out(b, a)].into_iter().flatten().collect(),
     })
@@ -132,6 +164,7 @@ fn combine(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) ->
 fn cell_summary(cell: &CellTest) -> LengthSummary {
     LengthSummary {
         length: cell.length.map(u32::from),
+        channel: cell.channel,
         verdict: cell.verdict,
         reason: cell.reason,
         p_single: cell.test.p,

@@ -22,6 +22,16 @@ pub struct TileMap {
 }
 
 impl TileMap {
+    /// Column, row and value of the largest differences that are 3 standard errors at least, `most` of them.
+    pub fn largest(&self, most: usize) -> Vec<(usize, usize, f64)> {
+        let tiles = self.sigma.iter().enumerate().filter(|(_, s)| s.abs() >= 3.0);
+        let mut tiles: Vec<_> =
+            tiles.map(|(i, s)| (i % self.columns, i / self.columns, *s)).collect();
+        tiles.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        tiles.truncate(most);
+        tiles
+    }
+
     /// Column and row of the largest difference, where it is 3 standard errors at least.
     pub fn worst(&self) -> Option<[usize; 2]> {
         let tiles = self.sigma.iter().enumerate();

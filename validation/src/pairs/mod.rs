@@ -14,11 +14,15 @@ mod cells;
 mod judge;
 mod maps;
 mod observe;
+mod place;
 mod tiles;
 mod unseen;
 
-pub use cells::well_sampled;
+pub(crate) use cells::LOST;
+pub use cells::{Channel, well_sampled};
 pub use judge::{Judgement, LengthSummary, TILE_REPLICATES, Unseen, judge};
 pub use maps::{TileMap, tile_maps};
-pub use observe::{Arm, ClassMean, Observation, PathClass, TILES, Tiles, unique_name};
+pub use observe::{Arm, ClassMean, Observation, PathClass, Source, TILES, Tiles, unique_name};
+pub use place::Place;
 pub use tiles::{TileSummary, tile_test};
+pub(crate) use unseen::techniques;

@@ -17,13 +17,26 @@ pub struct PathClass {
     pub families: Families,
 }
 
-/// Luminance that one replicate gave in one path class.
-#[derive(Clone, Debug, PartialEq)]
+/// What one replicate gave in one path class.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClassMean {
-    /// Mean over the image.
+    /// Mean luminance over the image.
     pub mean: f64,
-    /// Mean of each tile, row by row.
+    /// Mean red, green and blue over the image; all 0 where only the luminance is known.
+    pub channels: [f64; 3],
+    /// Mean luminance of each tile, row by row.
     pub tiles: Vec<f64>,
+    /// The light of each emitter; empty where that is unknown.
+    pub sources: BTreeMap<u16, Source>,
+}
+
+/// What one replicate gave in one path class from one emitter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// Mean luminance over the image.
+    pub mean: f64,
+    /// Pixels that each family of techniques lit: so many contributions it made, or more.
+    pub lit: BTreeMap<Families, u64>,
 }
 
 /// One replicate of one integrator, boiled down to path classes.
@@ -31,6 +44,8 @@ pub struct ClassMean {
 pub struct Observation {
     /// The classes it met.
     pub classes: BTreeMap<PathClass, ClassMean>,
+    /// Samples that the replicate took; 0 where that is unknown.
+    pub samples: u64,
 }
 
 /// The replicates of one integrator.
@@ -46,26 +61,41 @@ pub struct Arm {
 
 impl Observation {
     /// Layers that a film has to keep to be observed.
-    pub const LAYERS: Layers = Layers { class: true, ..Layers::NONE };
+    pub const LAYERS: Layers = Layers { class: true, emitter: true, ..Layers::NONE };
 
-    /// Means over image and tiles of a film with [`Observation::LAYERS`].
+    /// Means over image and tiles of a film with [`Observation::LAYERS`]; with the layer of classes alone nothing is known of sources.
     pub fn of(film: &Film, tiles: &Tiles) -> Self {
         let k = 1.0 / film.samples_per_pixel();
-        let classes = film.planes().iter().filter_map(|(key, plane)| match *key {
-            LayerKey::Class { length, families } => {
+        let mut classes: BTreeMap<PathClass, ClassMean> = BTreeMap::new();
+        for (key, plane) in film.planes() {
+            let pixels = plane.sums();
+            let mean = || {
                 let mut sum = [0.0; 3];
-                for p in plane.sums() {
+                for p in pixels {
                     for c in 0..3 {
                         sum[c] += p[c];
                     }
                 }
-                let mean = luminance(&sum.map(|v| v * k / plane.sums().len() as f64));
-                let tiles = tiles.means(plane.sums()).iter().map(|v| v * k).collect();
-                Some((PathClass { length, families }, ClassMean { mean, tiles }))
+                sum.map(|v| v * k / pixels.len() as f64)
+            };
+            match *key {
+                LayerKey::Class { length, families } => {
+                    let class = classes.entry(PathClass { length, families }).or_default();
+                    class.channels = mean();
+                    class.mean = luminance(&class.channels);
+                    class.tiles = tiles.means(pixels).iter().map(|v| v * k).collect();
+                }
+                LayerKey::Source { length, families, emitter, made_by } => {
+                    let class = classes.entry(PathClass { length, families }).or_default();
+                    let source = class.sources.entry(emitter).or_default();
+                    source.mean += luminance(&mean());
+                    let lit = pixels.iter().filter(|p| **p != [0.0; 3]).count() as u64;
+                    *source.lit.entry(made_by).or_default() += lit;
+                }
+                _ => {}
             }
-            _ => None,
-        });
-        Observation { classes: classes.collect() }
+        }
+        Observation { classes, samples: film.samples() }
     }
 }
 
@@ -78,6 +108,44 @@ impl Arm {
     /// Mean luminance of a class in every replicate.
     pub(super) fn class_column(&self, class: &PathClass) -> Vec<f64> {
         self.replicates.iter().map(|r| r.classes.get(class).map_or(0.0, |c| c.mean)).collect()
+    }
+
+    /// Mean of one channel of a class in every replicate.
+    pub(super) fn channel_column(&self, class: &PathClass, channel: usize) -> Vec<f64> {
+        let of = |r: &Observation| r.classes.get(class).map_or(0.0, |c| c.channels[channel]);
+        self.replicates.iter().map(of).collect()
+    }
+
+    /// Mean luminance from one emitter of a class in every replicate.
+    pub(super) fn source_column(&self, class: &PathClass, emitter: u16) -> Vec<f64> {
+        let of = |r: &Observation| {
+            r.classes.get(class).and_then(|c| c.sources.get(&emitter)).map_or(0.0, |s| s.mean)
+        };
+        self.replicates.iter().map(of).collect()
+    }
+
+    /// Contributions of a class that techniques of `families` made over all replicates, at least: from one emitter, or from all.
+    pub(super) fn made(&self, class: &PathClass, emitter: Option<u16>, families: Families) -> u64 {
+        let sources = self.replicates.iter().filter_map(|r| r.classes.get(class));
+        let sources = sources.flat_map(|c| &c.sources);
+        let wanted = sources.filter(|(e, _)| emitter.is_none_or(|emitter| emitter == **e));
+        let lit = wanted.flat_map(|(_, s)| &s.lit);
+        lit.filter(|(family, _)| family.intersects(families)).map(|(_, n)| n).sum()
+    }
+
+    /// Samples of all replicates.
+    pub(super) fn samples(&self) -> u64 {
+        self.replicates.iter().map(|r| r.samples).sum()
+    }
+
+    /// True where replicates of different seeds are the same to the bit although the image has a structure: whatever made them did not use
+    /// its seed, and their spread says nothing of their error. An image without structure may be free of noise.
+    pub fn ignores_its_seed(&self) -> bool {
+        let [first, others @ ..] = self.replicates.as_slice() else { return false };
+        let structure = |c: &ClassMean| c.tiles.iter().any(|t| *t != c.tiles[0]);
+        !others.is_empty()
+            && others.iter().all(|r| r.classes == first.classes)
+            && first.classes.values().any(structure)
     }
 
     /// Mean luminance of each of `tiles` tiles in every replicate, over one class.

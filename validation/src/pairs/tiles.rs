@@ -15,6 +15,7 @@ use super::observe::{Arm, PathClass, Tiles};
 use crate::json::number;
 use crate::stats::{
     PermutationConfig, StatsError, Tail, Verdict, pooled_skewness, skewed_welch, spread_test, tail,
+    welch,
 };
 
 /// The test on tiles of the image.
@@ -26,6 +27,9 @@ pub struct TileSummary {
     pub rows: usize,
     /// Groups of tiles tested, of one path class each.
     pub groups: usize,
+    /// Relative minimum detectable bias of a tile by itself, the median over the smallest groups; null where none is lit.
+    #[serde(deserialize_with = "number", default = "unknown")]
+    pub mdb: f64,
     /// Share of the light of both whose tiles were fit for a test.
     #[serde(deserialize_with = "number")]
     pub share: f64,
@@ -40,6 +44,11 @@ pub struct TileSummary {
     pub p_spread: f64,
     /// Differ below the level, agree where half of the light was tested, otherwise inconclusive.
     pub verdict: Verdict,
+}
+
+/// Of reports that did not know it yet.
+fn unknown() -> f64 {
+    f64::NAN
 }
 
 /// Sides of a group in tiles.
@@ -97,6 +106,7 @@ pub fn tile_test(
     // Fireflies in one class are likely in the others: what is too sparse to tell is then left alone.
     fit.retain(|(groups, ..)| !heavy || groups.side == 1 && groups.dense);
     let (mut count, mut least) = (0, 1.0_f64);
+    let mut detectable = Vec::new();
     let mut finest = [vec![Vec::new(); a.replicates.len()], vec![Vec::new(); b.replicates.len()]];
     for (groups, arms, light) in &fit {
         seen += light;
@@ -113,8 +123,13 @@ pub fn tile_test(
             let skewness = [pooled_skewness(x), pooled_skewness(y)];
             for cell in 0..x[0].len() {
                 let column = |rows: &[Vec<f64>]| rows.iter().map(|r| r[cell]).collect::<Vec<_>>();
-                least = least.min(skewed_welch(&column(x), &column(y), skewness)?.p);
+                let (one, two) = (column(x), column(y));
+                least = least.min(skewed_welch(&one, &two, skewness)?.p);
                 count += 1;
+                if side == groups.side {
+                    let mdb = welch(&one, &two)?.mdb;
+                    detectable.extend((!mdb.is_nan()).then_some(mdb));
+                }
             }
         }
     }
@@ -133,7 +148,10 @@ pub fn tile_test(
         Verdict::Inconclusive
     };
     let (columns, rows) = (tiles.columns, tiles.rows);
-    Ok(Some(TileSummary { columns, rows, groups: count, share, p, p_largest, p_spread, verdict }))
+    detectable.sort_by(f64::total_cmp);
+    let mdb = detectable.get(detectable.len() / 2).copied().unwrap_or(f64::NAN);
+    let groups = count;
+    Ok(Some(TileSummary { columns, rows, groups, mdb, share, p, p_largest, p_spread, verdict }))
 }
 
 /// Most pairs are far from the level: a short round tells, and only a suspicion is looked at closely.
@@ -286,10 +304,13 @@ mod tests {
         for _ in 0..16 {
             let tiles: Vec<f64> = (0..SIDE * SIDE).map(&mut value).collect();
             let mean = tiles.iter().sum::<f64>() / (SIDE * SIDE) as f64;
-            arm.replicates
-                .push(Observation { classes: [(CLASS, ClassMean { mean, tiles })].into() });
+            arm.replicates.push(observation(ClassMean { mean, tiles, ..ClassMean::default() }));
         }
         arm
+    }
+
+    fn observation(class: ClassMean) -> Observation {
+        Observation { classes: [(CLASS, class)].into(), samples: 0 }
     }
 
     fn test(a: &Arm, b: &Arm) -> Option<TileSummary> {

@@ -1,4 +1,4 @@
-//! Why an integrator can not make a path, in words.
+//! Techniques, and why an integrator can not make a path, in words.
 
 use pathspace_core::film::Families;
 
@@ -19,6 +19,22 @@ pub(super) fn reason(families: Families) -> String {
         [] => "paths of any kind".into(),
         _ => format!("paths {}", why.join(" and ")),
     }
+}
+
+/// Techniques of `families` as (s, t), vertices on the side of the emitter and of the sensor.
+pub(crate) fn techniques(families: Families) -> Vec<String> {
+    [
+        (Families::S0, "(0,t) hitting the emitter"),
+        (Families::S1, "(1,t) next-event estimation"),
+        (Families::INNER, "(s,t) connecting subpaths"),
+        (Families::T1, "(s,1) connecting to the sensor"),
+        (Families::T0, "(s,0) hitting the lens"),
+        (Families::MERGE, "merging"),
+    ]
+    .iter()
+    .filter(|(family, _)| families.intersects(*family))
+    .map(|(_, words)| (*words).to_owned())
+    .collect()
 }
 
 #[cfg(test)]

@@ -50,13 +50,15 @@ pub enum Reason {
     FewContributions,
     /// Pareto k̂ says that the variance need not exist.
     HeavyTail,
+    /// Replicates of different seeds are the same to the bit: nothing is known of their error.
+    NoVariance,
 }
 
 impl Reason {
     /// True where the p-value of the cell may be believed.
     pub fn is_trusted(self) -> bool {
         use Reason::*;
-        !matches!(self, NeverSampled | FewContributions | HeavyTail)
+        !matches!(self, NeverSampled | FewContributions | HeavyTail | NoVariance)
     }
 }
 

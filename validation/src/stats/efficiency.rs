@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::dist::student_quantile;
-use super::fault::{StatsError, at_least, open_unit, same_length};
+use super::fault::{StatsError, open_unit, same_length};
 use super::moments::Moments;
 use crate::json::number;
 
@@ -76,8 +76,8 @@ pub fn mean_interval(x: &[f64], confidence: f64) -> Result<Estimate, StatsError>
 /// Slope of ln ē against ln budget, with ē_j the mean over the errors of independent replicates at budget j.
 ///
 /// By least squares the slope is Σ w_j ln ē_j with w_j = (x_j − x̄)/Σ(x − x̄)². Its variance is Σ w_j² cv_j²/K_j, because the
-/// budgets have replicates of their own; degrees of freedom after Welch and Satterthwaite. Unlike [`log_log_slope`] it knows
-/// the noise of each point, so that two budgets are enough and a bend is no noise.
+/// budgets have replicates of their own; degrees of freedom after Welch and Satterthwaite. The noise of each
+/// point is known, so that two budgets are enough and a bend is no noise.
 ///
 /// # Errors
 /// On fewer than 2 budgets or 2 replicates, equal budgets only, and mean errors that are not positive.
@@ -114,37 +114,6 @@ fn logarithms(what: &'static str, values: &[f64]) -> Result<Vec<f64>, StatsError
     }
 }
 
-/// Slope of ln `error` against ln `budget` by least squares, with its t interval of n−2 degrees of
-/// freedom.
-///
-/// −1 is expected of an MSE: shallower means infinite variance, bias or an unmixed chain, steeper
-/// stratification. Fails on fewer than 3 points, equal budgets only, and values that are not
-/// positive.
-pub fn log_log_slope(
-    budget: &[f64],
-    error: &[f64],
-    confidence: f64,
-) -> Result<Estimate, StatsError> {
-    open_unit("confidence", confidence)?;
-    same_length("budgets and errors", budget.len(), error.len())?;
-    at_least("points of the curve", 3, budget.len())?;
-    let (x, y) = (logarithms("budget", budget)?, logarithms("error", error)?);
-    let (mx, my) = (Moments::of(&x)?, Moments::of(&y)?);
-    if mx.variance == 0.0 {
-        let expected = "budgets that differ";
-        return Err(StatsError::OutOfRange { what: "budget", value: budget[0], expected });
-    }
-    let n = x.len() as f64;
-    let sxx = mx.variance * (n - 1.0);
-    let sxy: f64 = x.iter().zip(&y).map(|(x, y)| (x - mx.mean) * (y - my.mean)).sum();
-    let slope = sxy / sxx;
-    let residual: f64 =
-        x.iter().zip(&y).map(|(x, y)| (y - my.mean - slope * (x - mx.mean)).powi(2)).sum();
-    let half =
-        student_quantile(0.5 + 0.5 * confidence, n - 2.0)? * (residual / (n - 2.0) / sxx).sqrt();
-    Ok(Estimate { value: slope, low: slope - half, high: slope + half })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{binomial_interval, testing::Source};
@@ -166,30 +135,6 @@ mod tests {
         }
         let (low, high) = binomial_interval(covered, runs, 0.999).unwrap();
         assert!(low <= 0.95 && 0.95 <= high, "{covered} of {runs}");
-    }
-
-    #[test]
-    fn slope_of_an_exact_power_law_is_its_exponent() {
-        let budget: Vec<f64> = (0..6).map(|j| f64::from(1 << j)).collect();
-        let error: Vec<f64> = budget.iter().map(|n| 3.0 / n).collect();
-        let slope = log_log_slope(&budget, &error, 0.95).unwrap();
-        close(slope.value, -1.0, 1e-12);
-        assert!(slope.high - slope.low < 1e-6);
-    }
-
-    #[test]
-    fn slope_interval_covers_at_its_confidence() {
-        let mut source = Source::new(26);
-        let budget: Vec<f64> = (0..6).map(|j| f64::from(1 << j)).collect();
-        let (runs, mut covered) = (2000, 0);
-        for _ in 0..runs {
-            let error: Vec<f64> =
-                budget.iter().map(|n| (0.1 * source.normal()).exp() / n).collect();
-            let s = log_log_slope(&budget, &error, 0.9).unwrap();
-            covered += u64::from(s.low <= -1.0 && -1.0 <= s.high);
-        }
-        let (low, high) = binomial_interval(covered, runs, 0.999).unwrap();
-        assert!(low <= 0.9 && 0.9 <= high, "{covered} of {runs}");
     }
 
     #[test]
@@ -229,8 +174,8 @@ mod tests {
 
     #[test]
     fn bad_curves_and_costs_are_errors() {
-        assert!(log_log_slope(&[1.0, 2.0, 4.0], &[1.0, 0.0, 1.0], 0.95).is_err());
-        assert!(log_log_slope(&[2.0; 3], &[1.0; 3], 0.95).is_err());
+        assert!(replicate_slope(&[1.0, 2.0], &[&[1.0, 2.0], &[0.0, 0.0]], 0.95).is_err());
+        assert!(replicate_slope(&[2.0; 2], &[&[1.0, 2.0], &[1.0, 2.0]], 0.95).is_err());
         assert!(efficiency_ratio(&[0.0, 0.0], &[1.0, 1.0], 0.95).is_err());
     }
 }

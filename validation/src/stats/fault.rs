@@ -46,9 +46,14 @@ pub enum StatsError {
         /// The range in words.
         expected: &'static str,
     },
-    /// No arm of this name in a [`ReplicateSet`](super::ReplicateSet).
-    #[error("no arm named '{0}' in the replicate set")]
-    UnknownArm(String),
+    /// Replicates of different seeds that are all the same: they carry no information about their error.
+    #[error("{what}: all {n} replicates are the same to the bit; their seeds were not used")]
+    NoVariance {
+        /// Which replicates.
+        what: &'static str,
+        /// How many.
+        n: usize,
+    },
 }
 
 /// Fails on the first NaN or infinity of `values`.

@@ -3,15 +3,12 @@
 //! | Question | Where |
 //! | --- | --- |
 //! | Do two arms of replicates have the same mean? | [`welch()`], [`one_sample`] |
-//! | … in every one of ≤ 50 signed cells at once? | [`ReplicateSet`], [`compare()`], [`holm`] |
+//! | … in every one of ≤ 50 signed cells at once? | [`compare_exact`], [`holm`] |
 //! | … in hundreds of correlated tiles, arms of any shape? | [`skewed_welch`], [`spread_test`], after [`tail`] |
-//! | … of arms that differ in their means at most? | [`max_t()`], after [`merge_tiles`] |
-//! | May a t-test be trusted here? | [`effective_count`], [`pareto_khat`] |
-//! | … and where it may not? | [`bounded`] |
+//! | May a t-test be trusted here? | [`pareto_khat`] |
 //! | What bias would have been seen? | [`minimum_detectable_bias`] |
 //! | What does the test say in one word? | [`Verdict`], [`decide()`] |
 //! | May I stop rendering replicates now? | [`Sequential`], [`GandyScott`] |
-//! | Has a Markov chain mixed? (reports only) | [`geyer_time`], [`batch_means`], [`rank_rhat`] |
 //! | What do many results say together? | [`p_histogram`], [`geometric_mean`], [`binomial_interval`] |
 //! | How large is the error of an image? | [`error`] |
 //! | … and at what cost? | [`efficiency()`], [`efficiency_ratio`], [`replicate_slope`] |
@@ -24,8 +21,7 @@
 //! Everything that draws random numbers takes a seed and gives the same answer for any number of
 //! threads.
 
-pub mod bounded;
-mod chains;
+mod cell;
 mod compare;
 mod decide;
 mod dist;
@@ -33,43 +29,33 @@ mod efficiency;
 pub mod error;
 mod fault;
 mod gandy_scott;
-mod max_t;
 mod moments;
 mod multiple;
 mod pareto;
-mod replicates;
-mod rhat;
 mod sequential;
 mod shape;
 mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
-mod tiles;
 mod welch;
 
-pub use chains::{BatchMeans, CorrelationTime, batch_means, geyer_time, sokal_time};
-pub use compare::{CellReport, CompareConfig, PairReport, compare, compare_exact};
+pub use cell::Cell;
+pub use compare::{CellReport, CompareConfig, ExactReport, compare_exact};
 pub use decide::{Claim, Gates, Reason, Rule, Verdict, decide};
 pub use dist::{
     binomial_interval, chi_squared_sf, normal_quantile, normal_sf, student_quantile, student_sf,
 };
-pub use efficiency::{
-    Estimate, efficiency, efficiency_ratio, log_log_slope, mean_interval, replicate_slope,
-};
+pub use efficiency::{Estimate, efficiency, efficiency_ratio, mean_interval, replicate_slope};
 pub use fault::StatsError;
 pub use gandy_scott::{GandyScott, Round};
-pub use max_t::{MaxT, PermutationConfig, Statistic, max_t};
 pub use moments::Moments;
-pub use multiple::{benjamini_hochberg, holm};
+pub use multiple::holm;
 pub use pareto::{fit_pareto, pareto_khat, pareto_khat_of_tail, tail_size};
-pub use replicates::{Cell, ReplicateSet};
-pub use rhat::{bulk_ess, multi_chain_ess, rank_rhat, split_rhat};
 pub use sequential::{Decision, PairedT, Sequential, SequentialConfig};
 pub use shape::{Skewed, Tail, pooled_skewness, skewed_welch, tail};
-pub use spread::spread_test;
+pub use spread::{PermutationConfig, spread_test};
 pub use summary::{PHistogram, geometric_mean, p_histogram};
-pub use tiles::{TilePartition, TileSums, effective_count, merge_tiles};
 pub use welch::{
     MDB_ALPHA, MDB_POWER, Welch, minimum_detectable_bias, one_sample, one_sample_within, welch,
     welch_within,

@@ -16,23 +16,6 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// Benjamini & Hochberg's (1995) adjusted p-values, in the order of the input: for maps, not for
-/// verdicts.
-///
-/// p̃₍ᵢ₎ = min_{j≥i} min(1, m p₍ⱼ₎/j). Among the cells with p̃ ≤ q the expected share of true nulls
-/// is ≤ q for independent (or positively dependent) tests. A NaN counts as 1.
-pub fn benjamini_hochberg(p: &[f64]) -> Vec<f64> {
-    let order = ascending(p);
-    let m = p.len();
-    let mut adjusted = vec![1.0; m];
-    let mut ceiling: f64 = 1.0;
-    for (rank, &i) in order.iter().enumerate().rev() {
-        ceiling = ceiling.min(m as f64 * value(p[i]) / (rank + 1) as f64);
-        adjusted[i] = ceiling;
-    }
-    adjusted
-}
-
 fn value(p: f64) -> f64 {
     if p.is_nan() { 1.0 } else { p }
 }
@@ -73,18 +56,7 @@ mod tests {
     ];
 
     #[test]
-    fn benjamini_hochberg_rejects_four_in_the_published_example() {
-        let adjusted = benjamini_hochberg(&THROMBOLYSIS);
-        assert_eq!(adjusted.iter().filter(|p| **p <= 0.05).count(), 4);
-    }
-
-    #[test]
     fn holm_rejects_three_in_the_published_example() {
         assert_eq!(holm(&THROMBOLYSIS).iter().filter(|p| **p <= 0.05).count(), 3);
-    }
-
-    #[test]
-    fn benjamini_hochberg_steps_up() {
-        close(&benjamini_hochberg(&[0.04, 0.01, 0.03, 0.9]), &[0.16 / 3.0, 0.04, 0.16 / 3.0, 0.9]);
     }
 }

@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::cell::Cell;
 use super::fault::{StatsError, all_finite, at_least, open_unit, same_length};
-use super::replicates::Cell;
 use super::welch::minimum_detectable_bias;
 
 /// Running paired t statistic of differences of replicate means, and its e-value.
@@ -323,7 +323,7 @@ mod tests {
     /// pairs.
     fn ever_differ(runs: u64, cells: usize, alpha: f64, seed: u64) -> u64 {
         let mut source = Source::new(seed);
-        let names: Vec<Cell> = (0..cells as u32).map(|c| Cell::tile(c, 0, None)).collect();
+        let names: Vec<Cell> = (0..cells as u32).map(|c| Cell::length(c)).collect();
         let config = SequentialConfig { alpha, mdb_limit: 0.0, ..Default::default() };
         (0..runs)
             .filter(|_| {

@@ -2,9 +2,18 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 
 use super::fault::{StatsError, all_finite, at_least, same_length};
-use super::max_t::PermutationConfig;
+
+/// Settings of [`spread_test`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PermutationConfig {
+    /// Number B of random signs; no p-value is below 1/(1+B).
+    pub permutations: usize,
+    /// Seed of the signs.
+    pub seed: u64,
+}
 
 /// Tests whether the differences of paired replicates have mean zero in all cells, by a sum of squares that is cleared of its own noise.
 ///

@@ -7,8 +7,9 @@ use pathspace_core::integrator::{Integrator, IntegratorError};
 use pathspace_core::random::derive_seed;
 
 use super::run::{Options, Progress, SuiteError, Team};
-use crate::exact::{self, ExactError, ExactScene, Plan};
-use crate::stats::{CellReport, CompareConfig, PairReport, Rule, Verdict};
+use crate::exact::{self, ExactError, ExactScene, Measured, Plan};
+use crate::pairs::{LOST, techniques};
+use crate::stats::{CellReport, CompareConfig, ExactReport, Reason, Rule, Verdict};
 use crate::validate::{Check, CheckCell, CheckOutcome, Config, Confirmed, Report, seed_of};
 
 /// What geometry in `f32` may move a mean by, relative.
@@ -31,6 +32,7 @@ pub(super) fn run(
     watch: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, SuiteError> {
     for scene in scenes {
+        let mut of_scene = Vec::new();
         for integrator in team.integrators(scene.rules)? {
             let what = format!("{}: {}", scene.name, integrator.spec());
             let progress = Progress { done: report.done(), tests: report.tests, what: &what };
@@ -38,11 +40,45 @@ pub(super) fn run(
                 return Ok(ControlFlow::Break(()));
             }
             let level = report.level();
-            report.checks.push(check(scene, &*integrator, config, level, kind));
+            of_scene.push(measured(scene, &*integrator, config, level, kind));
             report.add_done(1);
         }
+        accuse_of_losses(&mut of_scene);
+        report.checks.extend(of_scene.into_iter().map(|(check, _)| check));
     }
     Ok(ControlFlow::Continue(()))
+}
+
+/// Fails checks of integrators that never saw a path length which another one's same techniques make all the time. A rare event and a missing
+/// technique both give 0; how often another integrator meets the event tells them apart.
+fn accuse_of_losses(of_scene: &mut [(Check, Option<Measured>)]) {
+    for index in 0..of_scene.len() {
+        let Some(own) = &of_scene[index].1 else { continue };
+        let mut reason = None;
+        for cell in own.report.cells.iter().filter(|c| c.reason == Reason::NeverSampled) {
+            let Some(length) = cell.length else { continue };
+            for (other, theirs) in of_scene.iter() {
+                let Some(theirs) = theirs else { continue };
+                let common = own.families.common(theirs.families);
+                let expected = theirs.made.expected(length, common, &own.made);
+                if expected >= LOST {
+                    let text = format!(
+                        "length {length}: 0 where {:.7} is exact; by {}, which both use, {} makes \
+                         at least {expected:.0} contributions in as many samples",
+                        cell.test.mean_b,
+                        techniques(common).join(", "),
+                        other.subject
+                    );
+                    reason.get_or_insert((text, other.subject.clone()));
+                }
+            }
+        }
+        if let Some((text, other)) = reason {
+            let check = &mut of_scene[index].0;
+            (check.outcome, check.reason) = (CheckOutcome::Failed, Some(text));
+            check.integrators.push(other);
+        }
+    }
 }
 
 /// Holds one integrator to one scene at this level.
@@ -53,9 +89,21 @@ pub(crate) fn check(
     level: f64,
     kind: &'static str,
 ) -> Check {
+    measured(scene, integrator, config, level, kind).0
+}
+
+/// The same, with what the last round measured.
+fn measured(
+    scene: &ExactScene,
+    integrator: &dyn Integrator,
+    config: &Config,
+    level: f64,
+    kind: &'static str,
+) -> (Check, Option<Measured>) {
     let clock = Instant::now();
     let mut check = Check::of(kind, scene.name, integrator.spec());
-    if let Err(error) = rounds(&mut check, scene, integrator, config, level) {
+    let mut last = None;
+    if let Err(error) = rounds(&mut check, &mut last, scene, integrator, config, level) {
         let refused = matches!(error, ExactError::Integrator(IntegratorError::Refused { .. }));
         check.outcome = if refused { CheckOutcome::Skipped } else { CheckOutcome::Failed };
         check.reason = Some(match error {
@@ -64,11 +112,12 @@ pub(crate) fn check(
         });
     }
     check.seconds = clock.elapsed().as_secs_f64();
-    check
+    (check, last)
 }
 
 fn rounds(
     check: &mut Check,
+    last: &mut Option<Measured>,
     scene: &ExactScene,
     integrator: &dyn Integrator,
     config: &Config,
@@ -87,12 +136,9 @@ fn rounds(
             seed: derive_seed(own, round),
         };
         let rule = Rule { alpha: at, ..Rule::default() };
-        let report = exact::measure(
-            scene,
-            integrator,
-            &plan,
-            &CompareConfig { rule, tolerance: TOLERANCE },
-        )?;
+        let compare = CompareConfig { rule, tolerance: TOLERANCE };
+        let measured = exact::measure(scene, integrator, &plan, &compare)?;
+        let report = &measured.report;
         if report.cells.is_empty() {
             return Ok(None);
         }
@@ -100,8 +146,10 @@ fn rounds(
         let p = trusted.fold(1.0, |m: f64, c| m.min(c.p_adjusted));
         verdict = report.verdict;
         check.mdb = Some(report.mdb);
-        check.cells = cells(&report);
-        Ok::<_, ExactError>(Some((p, report.replicates_a)))
+        check.cells = cells(report);
+        let replicates = report.replicates;
+        *last = Some(measured);
+        Ok::<_, ExactError>(Some((p, replicates)))
     })?;
     if check.cells.is_empty() {
         check.outcome = CheckOutcome::Skipped;
@@ -113,7 +161,7 @@ fn rounds(
     Ok(())
 }
 
-fn cells(report: &PairReport) -> Vec<CheckCell> {
+fn cells(report: &ExactReport) -> Vec<CheckCell> {
     let finite = |v: f64| v.is_finite().then_some(v);
     let cell = |c: &CellReport| CheckCell {
         name: c.name.clone(),

@@ -206,7 +206,7 @@ fn compare(
     let own = seed_of(seed_of(config.seed, &check.scene), &check.subject);
     let pilot_seed = derive_seed(own, u64::MAX);
     let pilot = pilot(scenes[0], integrator, &tiles, pilot_seed, config.samples)?;
-    let steps = pilot.steps(config.replicates, config.mdb, config.rays / 2);
+    let steps = pilot.steps(config.replicates, config.mdb, config.rays / 2, None);
     let mut verdict = Verdict::Inconclusive;
     let mut test = Confirmed::new(level, config.rounds().0)?;
     let rejected = test.run(config, |round, factor, at| {

@@ -2,10 +2,11 @@
 //!
 //! | Suite | What it holds to what |
 //! | --- | --- |
-//! | [`Suite::quick`] | every integrator to every other one on a few scenes, and to a few exact answers: for continuous integration |
+//! | [`Suite::quick`] | every integrator to `bdpt` on a few scenes, and to a few exact answers: for continuous integration |
 //! | [`Suite::pairs`] | every integrator to every other one on every scene of the library, per path length and tile |
 //! | [`Suite::exact`] | every integrator to every exact answer that it sees |
-//! | [`Suite::chains`] | every mutation of the built-in chains to the invariance of its target |
+//! | [`Suite::chains`] | every mutation of the built-in chains to the invariance of its target; random numbers and kernels to their laws |
+//! | [`Suite::variants`] | integrators with options that are not the default ones to the default ones and to exact answers |
 //! | [`Suite::hard`] | every integrator in other units, far from the origin, and in closed boxes |
 //! | [`Suite::all`] | all of the above |
 //! | [`Suite::calibration`] | the tests to their levels, by comparisons where nothing is wrong |
@@ -16,11 +17,14 @@ mod calibration;
 mod chains;
 mod exact;
 mod hard;
+mod numbers;
 mod run;
+mod variants;
 
 pub use calibration::{ALPHA, SLACK};
 pub(crate) use exact::check;
 pub use hard::{dark_boxes, moved};
+pub(crate) use numbers::numbers;
 pub use run::{Options, Progress, SuiteError, run};
 
 use crate::validate::Config;
@@ -43,6 +47,10 @@ pub struct Suite {
 pub enum Part {
     /// Pairs of integrators on scenes of the library.
     Pairs {
+        /// The integrator, by its name in the registry, that each other one is held to; every one to every other one where there is none.
+        against: Option<&'static str>,
+        /// A minimum detectable bias that integrators get no more than a quarter of their rays for if all are not enough.
+        hopeless: Option<f64>,
         /// The scenes; all of the library where empty.
         scenes: &'static [&'static str],
         /// Pixels a side.
@@ -52,10 +60,29 @@ pub enum Part {
         /// Minimum detectable bias of the image that is wished for.
         mdb: f64,
     },
+    /// Integrators with options of their own against one integrator, on scenes of the library.
+    Variants {
+        /// The scenes.
+        scenes: &'static [&'static str],
+        /// Pixels a side.
+        size: u32,
+        /// The integrators.
+        specs: &'static [&'static str],
+        /// What each of them is held to.
+        against: &'static str,
+        /// Rays of an integrator on a scene in the first round.
+        rays: u64,
+        /// Minimum detectable bias of the image that is wished for.
+        mdb: f64,
+    },
+    /// Random numbers and kernels.
+    Numbers,
     /// Integrators against exact answers.
     Exact {
         /// Names of exact scenes; all where empty.
         scenes: &'static [&'static str],
+        /// The integrators; those of the registry where empty.
+        specs: &'static [&'static str],
         /// Rays of an integrator on a scene in the first round.
         rays: u64,
         /// Minimum detectable bias that is wished for in every cell.
@@ -88,6 +115,7 @@ impl Suite {
             Suite::pairs(),
             Suite::exact(),
             Suite::chains(),
+            Suite::variants(),
             Suite::hard(),
             Suite::all(),
             Suite::calibration(),
@@ -103,10 +131,14 @@ impl Suite {
     pub fn with_effort(mut self, effort: f64) -> Suite {
         for part in &mut self.parts {
             let (Part::Pairs { rays: work, .. }
+            | Part::Variants { rays: work, .. }
             | Part::Exact { rays: work, .. }
             | Part::Hard { rays: work }
             | Part::Chains { starts: work, .. }
-            | Part::Calibration { runs: work }) = part;
+            | Part::Calibration { runs: work }) = part
+            else {
+                continue;
+            };
             // `as` saturates.
             *work = (*work as f64 * effort).max(1.0) as u64;
         }
@@ -116,14 +148,29 @@ impl Suite {
     /// A few scenes that need every part of transport, within three minutes on two processors.
     pub fn quick() -> Suite {
         const SCENES: &[&str] = &["cornell-caustic", "mis-plates", "smooth-shading", "thin-lens"];
-        const EXACT: &[&str] =
-            &["concentric spheres", "refractive plane", "perpendicular rectangles"];
+        const EXACT: &[&str] = &[
+            "concentric spheres",
+            "refractive plane",
+            "perpendicular rectangles",
+            "white corner in a furnace",
+            "integrating sphere with both lights",
+        ];
         Suite {
             name: "quick",
             summary: "a few scenes and exact answers, for continuous integration",
             parts: vec![
-                Part::Pairs { scenes: SCENES, size: 32, rays: 6_000_000, mdb: 0.01 },
-                Part::Exact { scenes: EXACT, rays: 6_000_000, mdb: 0.01 },
+                Part::Pairs {
+                    scenes: SCENES,
+                    size: 32,
+                    rays: 12_000_000,
+                    mdb: 0.02,
+                    against: Some("bdpt"),
+                    hopeless: Some(0.08),
+                },
+                Part::Exact { scenes: EXACT, specs: &[], rays: 6_000_000, mdb: 0.01 },
+                variants::roulette(1_000_000),
+                variants::lens(1_000_000),
+                Part::Numbers,
             ],
             config: Config::default(),
         }
@@ -134,7 +181,14 @@ impl Suite {
         Suite {
             name: "pairs",
             summary: "every integrator against every other one on every scene of the library",
-            parts: vec![Part::Pairs { scenes: &[], size: 32, rays: 5_000_000, mdb: 0.005 }],
+            parts: vec![Part::Pairs {
+                scenes: &[],
+                size: 32,
+                rays: 5_000_000,
+                mdb: 0.005,
+                against: None,
+                hopeless: None,
+            }],
             config: Config::default(),
         }
     }
@@ -144,7 +198,10 @@ impl Suite {
         Suite {
             name: "exact",
             summary: "every integrator against every exact answer that it sees",
-            parts: vec![Part::Exact { scenes: &[], rays: 5_000_000, mdb: 0.005 }],
+            parts: vec![
+                Part::Exact { scenes: &[], specs: &[], rays: 5_000_000, mdb: 0.005 },
+                variants::roulette(2_000_000),
+            ],
             config: Config::default(),
         }
     }
@@ -155,7 +212,17 @@ impl Suite {
         Suite {
             name: "chains",
             summary: "every mutation of the built-in Markov chains against the invariance of its target",
-            parts: vec![Part::Chains { scenes: SCENES, starts: 100_000 }],
+            parts: vec![Part::Chains { scenes: SCENES, starts: 100_000 }, Part::Numbers],
+            config: Config::default(),
+        }
+    }
+
+    /// Options that are not the default ones.
+    pub fn variants() -> Suite {
+        Suite {
+            name: "variants",
+            summary: "integrators with options of their own against bdpt and exact answers",
+            parts: variants::all(1_000_000),
             config: Config::default(),
         }
     }
@@ -183,7 +250,8 @@ impl Suite {
 
     /// All of the others at their own budgets.
     pub fn all() -> Suite {
-        let parts = [Suite::pairs(), Suite::exact(), Suite::chains(), Suite::hard()];
+        let parts =
+            [Suite::pairs(), Suite::exact(), Suite::chains(), Suite::variants(), Suite::hard()];
         let parts = parts.map(|s| s.parts).concat();
         Suite { name: "all", summary: "all of it", parts, config: Config::default() }
     }
@@ -198,7 +266,8 @@ mod tests {
 
     #[test]
     fn every_suite_is_found_by_its_name() {
-        for suite in ["quick", "pairs", "exact", "chains", "hard", "all", "calibration"] {
+        for suite in ["quick", "pairs", "exact", "chains", "variants", "hard", "all", "calibration"]
+        {
             assert!(Suite::find(suite).is_some(), "{suite}");
         }
     }

@@ -10,8 +10,8 @@ use pathspace_core::path::WalkRules;
 use pathspace_integrators::{Defaults, Registry, Spec, SpecError};
 use pathspace_scenes::library;
 
-use super::{Part, Suite, calibration, chains, exact, hard};
-use crate::validate::{Config, Report, SceneReport, compare_on};
+use super::{Part, Suite, calibration, chains, exact, hard, numbers};
+use crate::validate::{Config, Pairing, Report, SceneReport, compare_on};
 
 /// What to leave out of a suite.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +66,14 @@ fn chain_options(rays: u64) -> String {
     format!("bootstrap={bootstrap},chains={}", bootstrap / 16)
 }
 
+/// A spec with options that make chains affordable, where it knows them.
+fn affordable(registry: &Registry, spec: &str, rays: u64) -> Result<Spec, SpecError> {
+    let joint = if spec.contains(':') { ',' } else { ':' };
+    let with_options: Spec = format!("{spec}{joint}{}", chain_options(rays)).parse()?;
+    let known = registry.create(&with_options, &Defaults::default()).is_ok();
+    if known { Ok(with_options) } else { spec.parse() }
+}
+
 /// The integrators of a suite, made for each scene anew because the scene says how long paths are.
 pub(super) struct Team<'a> {
     registry: &'a Registry,
@@ -77,12 +85,35 @@ impl<'a> Team<'a> {
     fn new(registry: &'a Registry, asked: &[Spec], rays: u64) -> Result<Self, SpecError> {
         let mut specs = asked.to_vec();
         if specs.is_empty() {
-            let chain_options = chain_options(rays);
             for (name, _) in registry.list() {
-                let with_options: Spec = format!("{name}:{chain_options}").parse()?;
-                let known = registry.create(&with_options, &Defaults::default()).is_ok();
-                specs.push(if known { with_options } else { name.parse()? });
+                specs.push(affordable(registry, name, rays)?);
             }
+        }
+        let team = Team { registry, specs };
+        team.integrators(WalkRules::default())?;
+        Ok(team)
+    }
+
+    /// The integrators of a part: its own where it has any, of which those that are `asked` for take part.
+    fn of(registry: &'a Registry, part: &Part, asked: &[Spec]) -> Result<Self, SpecError> {
+        let (own, against): (&[&str], _) = match *part {
+            Part::Exact { specs, .. } if !specs.is_empty() => (specs, None),
+            Part::Variants { specs, against, .. } => (specs, Some(against)),
+            Part::Pairs { against: Some(against), .. } => {
+                let mut team = Team::new(registry, asked, part.rays())?;
+                // To the front; a stable sort leaves the others in their order.
+                team.specs.sort_by_key(|s| s.name != against);
+                return Ok(team);
+            }
+            _ => return Team::new(registry, asked, part.rays()),
+        };
+        let own = own.iter().map(|name| affordable(registry, name, part.rays()));
+        let mut specs = own.collect::<Result<Vec<Spec>, _>>()?;
+        if !asked.is_empty() {
+            specs.retain(|s| asked.iter().any(|a| a.to_string() == s.to_string()));
+        }
+        if let (Some(against), false) = (against, specs.is_empty()) {
+            specs.insert(0, affordable(registry, against, part.rays())?);
         }
         let team = Team { registry, specs };
         team.integrators(WalkRules::default())?;
@@ -116,7 +147,7 @@ pub fn run(
 ) -> Result<Report, SuiteError> {
     let clock = Instant::now();
     check_scenes(suite, options)?;
-    let team = |part: &Part| Team::new(registry, &options.integrators, part.rays());
+    let team = |part: &Part| Team::of(registry, part, &options.integrators);
     let teams: Vec<Team<'_>> = suite.parts.iter().map(team).collect::<Result<_, _>>()?;
     let tests = suite.parts.iter().zip(&teams).map(|(p, t)| count(p, t, options)).sum();
     if tests == 0 {
@@ -132,11 +163,31 @@ pub fn run(
     }
     for (part, team) in suite.parts.iter().zip(&teams) {
         let flow = match *part {
-            Part::Pairs { scenes, size, rays, mdb } => {
-                let config = Config { rays, mdb, ..suite.config };
-                pairs(&mut report, team, &library_scenes(scenes, options), size, &config, watch)?
+            Part::Pairs { scenes, size, rays, mdb, hopeless, .. } => {
+                let config = Config { rays, mdb, hopeless, ..suite.config };
+                let scenes = library_scenes(scenes, options);
+                let pairing = pairing(part, team);
+                pairs(&mut report, (team, pairing), &scenes, size, &config, watch)?
             }
-            Part::Exact { scenes, rays, mdb } => {
+            Part::Variants { scenes, size, rays, mdb, .. } => {
+                let config = Config { rays, mdb, ..suite.config };
+                let scenes = library_scenes(scenes, options);
+                pairs(&mut report, (team, Pairing::First), &scenes, size, &config, watch)?
+            }
+            Part::Numbers if !options.scenes.is_empty() || !options.integrators.is_empty() => {
+                ControlFlow::Continue(())
+            }
+            Part::Numbers => {
+                let done = report.done();
+                let progress = Progress { done, tests, what: "random numbers" };
+                if watch(&progress).is_break() {
+                    ControlFlow::Break(())
+                } else {
+                    numbers::numbers(&mut report, level)?;
+                    ControlFlow::Continue(())
+                }
+            }
+            Part::Exact { scenes, rays, mdb, .. } => {
                 let config = Config { rays, mdb, ..suite.config };
                 let scenes = exact::scenes(scenes, options);
                 exact::run(&mut report, team, &scenes, &config, "exact", watch)?
@@ -162,13 +213,30 @@ pub fn run(
     Ok(report)
 }
 
+/// Which integrators of a team are compared: all with the first where that is the one that the part names.
+fn pairing(part: &Part, team: &Team<'_>) -> Pairing {
+    match *part {
+        Part::Pairs { against: Some(against), .. }
+            if team.specs.first().is_some_and(|s| s.name == against) =>
+        {
+            Pairing::First
+        }
+        _ => Pairing::All,
+    }
+}
+
 /// Tests of a part.
 fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
     let n = team.len();
     match *part {
         Part::Pairs { scenes, .. } => {
-            library_scenes(scenes, options).len() * (n * n.saturating_sub(1) / 2)
+            library_scenes(scenes, options).len() * pairing(part, team).pairs(n).len()
         }
+        Part::Variants { scenes, .. } => {
+            library_scenes(scenes, options).len() * Pairing::First.pairs(n).len()
+        }
+        Part::Numbers if !options.scenes.is_empty() || !options.integrators.is_empty() => 0,
+        Part::Numbers => numbers::TESTS,
         Part::Exact { scenes, .. } => exact::scenes(scenes, options).len() * n,
         Part::Hard { .. } => hard::names(options).len() * n,
         Part::Chains { scenes, .. } => library_scenes(scenes, options).len(),
@@ -180,13 +248,16 @@ fn count(part: &Part, team: &Team<'_>, options: &Options) -> usize {
 fn names(part: &Part) -> Vec<String> {
     let all = Options::default();
     match *part {
-        Part::Pairs { scenes, .. } | Part::Chains { scenes, .. } => {
+        Part::Pairs { scenes, .. }
+        | Part::Variants { scenes, .. }
+        | Part::Chains { scenes, .. } => {
             library_scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
         }
         Part::Exact { scenes, .. } => {
             exact::scenes(scenes, &all).iter().map(|s| s.name.to_owned()).collect()
         }
         Part::Hard { .. } => hard::names(&all),
+        Part::Numbers => Vec::new(),
         Part::Calibration { .. } => calibration::names(),
     }
 }
@@ -208,8 +279,13 @@ impl Part {
     /// Rays of an integrator on a scene; the default where a part does not count them.
     fn rays(&self) -> u64 {
         match *self {
-            Part::Pairs { rays, .. } | Part::Exact { rays, .. } | Part::Hard { rays } => rays,
-            Part::Chains { .. } | Part::Calibration { .. } => Config::default().rays,
+            Part::Pairs { rays, .. }
+            | Part::Variants { rays, .. }
+            | Part::Exact { rays, .. }
+            | Part::Hard { rays } => rays,
+            Part::Chains { .. } | Part::Calibration { .. } | Part::Numbers => {
+                Config::default().rays
+            }
         }
     }
 }
@@ -223,14 +299,17 @@ impl Options {
 
 fn pairs(
     report: &mut Report,
-    team: &Team<'_>,
+    (team, pairing): (&Team<'_>, Pairing),
     scenes: &[&library::LibraryScene],
     size: u32,
     config: &Config,
     watch: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, SuiteError> {
     let (tests, level) = (report.tests, report.level());
-    let each = team.len() * team.len().saturating_sub(1) / 2;
+    let each = pairing.pairs(team.len()).len();
+    if each == 0 {
+        return Ok(ControlFlow::Continue(()));
+    }
     for library in scenes {
         let done = report.done();
         match load(library, size) {
@@ -238,7 +317,7 @@ fn pairs(
                 let integrators = team.integrators(rules)?;
                 let borrowed: Vec<&dyn Integrator> = integrators.iter().map(|i| &**i).collect();
                 let own = &mut |what: &str| watch(&Progress { done, tests, what });
-                match compare_on(library.name, &scene, &borrowed, config, level, own) {
+                match compare_on(library.name, &scene, (&borrowed, pairing), config, level, own) {
                     Some(scene) => report.scenes.push(scene),
                     None => return Ok(ControlFlow::Break(())),
                 }

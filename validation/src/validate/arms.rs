@@ -7,6 +7,7 @@ use pathspace_core::integrator::{Integrator, IntegratorError};
 use pathspace_core::random::derive_seed;
 
 use super::config::Config;
+use super::pairs::Pairing;
 use super::render::{self, Batch};
 use super::report::{ArmReport, ArmState};
 use super::seed_of;
@@ -32,6 +33,7 @@ impl<'a> Contender<'a> {
         integrators: &[&'a dyn Integrator],
         tiles: &Tiles,
         config: &Config,
+        pairing: Pairing,
         seed: u64,
     ) -> Vec<Self> {
         let mut all: Vec<Contender<'a>> = Vec::new();
@@ -56,7 +58,11 @@ impl<'a> Contender<'a> {
             let own = derive_seed(contender.seed, PILOT);
             match render::pilot(scene, integrator, tiles, own, config.samples) {
                 Ok(pilot) => {
-                    contender.steps = pilot.steps(config.replicates, config.mdb, config.rays);
+                    // What all others are held to should add no noise of its own.
+                    let first = all.is_empty() && pairing == Pairing::First;
+                    let mdb = if first { 0.5 * config.mdb } else { config.mdb };
+                    contender.steps =
+                        pilot.steps(config.replicates, mdb, config.rays, config.hopeless);
                     contender.report.samples = contender.steps;
                     contender.account(&pilot.batch);
                 }
@@ -100,6 +106,13 @@ impl<'a> Contender<'a> {
             Ok(batch) => {
                 self.account(&batch);
                 self.arm.replicates.extend(batch.observations);
+                if self.arm.ignores_its_seed() {
+                    self.report.state = ArmState::Failed;
+                    let n = self.arm.replicates.len();
+                    self.report.reason = Some(format!(
+                        "{n} replicates of different seeds are the same to the bit: the seed is not used"
+                    ));
+                }
                 if round == 0 {
                     self.report.replicates = self.arm.replicates.len();
                     self.report.mean = self.mean();

@@ -19,6 +19,10 @@ pub struct Config {
     /// The relative minimum detectable bias of the image that is wished for; an integrator goes on until it reaches it or its
     /// rays are used up.
     pub mdb: f64,
+    /// An integrator that would not reach this minimum detectable bias with all of its rays gets a quarter of them: it stays inconclusive
+    /// either way. None spends them all.
+    #[serde(default)]
+    pub hopeless: Option<f64>,
     /// Most tiles along a side of the image.
     pub tiles: usize,
     /// How a verdict is reached.
@@ -47,7 +51,7 @@ pub enum Method {
 }
 
 impl Default for Config {
-    /// α = 10⁻⁵, 32 replicates, 2·10⁷ rays, MDB 1 %, 16 × 16 tiles, up to 4 rounds of which the later ones have twice the samples.
+    /// α = 10⁻⁵, 32 replicates, 2·10⁷ rays, MDB 1 %, all rays to everybody, 16 × 16 tiles, up to 4 rounds of which the later ones have twice the samples.
     fn default() -> Self {
         Config {
             seed: 1,
@@ -56,6 +60,7 @@ impl Default for Config {
             samples: 4,
             rays: 20_000_000,
             mdb: 0.01,
+            hopeless: None,
             tiles: 16,
             method: Method::Rounds { most: 4, growth: 2 },
         }

@@ -29,7 +29,7 @@ pub use report::{
 };
 
 pub(crate) use confirm::Confirmed;
-pub(crate) use pairs::compare_on;
+pub(crate) use pairs::{Pairing, compare_on};
 pub(crate) use render::{pilot, replicates};
 
 use std::ops::ControlFlow;
@@ -73,7 +73,14 @@ pub fn validate(scene: &Arc<Scene>, integrators: &[&dyn Integrator], config: &Co
     let mut report = Report::new("", config, n * n.saturating_sub(1) / 2);
     let watch = &mut |_: &str| ControlFlow::Continue(());
     let level = report.level();
-    report.scenes.extend(compare_on("scene", scene, integrators, config, level, watch));
+    report.scenes.extend(compare_on(
+        "scene",
+        scene,
+        (integrators, Pairing::All),
+        config,
+        level,
+        watch,
+    ));
     report.seconds = clock.elapsed().as_secs_f64();
     report
 }

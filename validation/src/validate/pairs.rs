@@ -15,11 +15,31 @@ use super::{seed_of, sequential};
 use crate::pairs::{Judgement, Tiles, judge, tile_maps};
 use crate::stats::{CompareConfig, Round, Rule, StatsError, Verdict};
 
+/// Which pairs of a list of integrators are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pairing {
+    /// Every one with every other one.
+    All,
+    /// The first with every other one.
+    First,
+}
+
+impl Pairing {
+    /// Pairs of `n` integrators, by their places.
+    pub(crate) fn pairs(self, n: usize) -> Vec<(usize, usize)> {
+        let firsts = match self {
+            Pairing::All => n,
+            Pairing::First => n.min(1),
+        };
+        (0..firsts).flat_map(|i| (i + 1..n).map(move |j| (i, j))).collect()
+    }
+}
+
 /// Compares integrators on a scene at level `level` for each pair; `None` where `watch`, which hears what is going on, said to stop.
 pub(crate) fn compare_on(
     name: &str,
     scene: &Arc<Scene>,
-    integrators: &[&dyn Integrator],
+    (integrators, pairing): (&[&dyn Integrator], Pairing),
     config: &Config,
     level: f64,
     watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
@@ -31,14 +51,22 @@ pub(crate) fn compare_on(
         return None;
     }
     let seed = seed_of(config.seed, name);
-    let mut contenders = Contender::all(scene, integrators, &tiles, config, seed);
+    let mut contenders = Contender::all(scene, integrators, &tiles, config, pairing, seed);
+    let chosen = pairing.pairs(contenders.len());
     let judged = match config.method {
-        Method::Rounds { most, growth } => {
-            rounds(name, scene, &mut contenders, &tiles, config, (level, most, growth), watch)
-        }
+        Method::Rounds { most, growth } => rounds(
+            name,
+            scene,
+            &mut contenders,
+            &chosen,
+            &tiles,
+            config,
+            (level, most, growth),
+            watch,
+        ),
         Method::Sequential { batch, most } => {
             let limits = sequential::Limits { level, batch, most };
-            sequential::run(name, scene, &mut contenders, &tiles, config, limits, watch)
+            sequential::run(name, scene, &mut contenders, &chosen, &tiles, config, limits, watch)
         }
     };
     let (pairs, error) = match judged {
@@ -68,17 +96,15 @@ fn rounds(
     name: &str,
     scene: &Arc<Scene>,
     contenders: &mut [Contender<'_>],
+    chosen: &[(usize, usize)],
     tiles: &Tiles,
     config: &Config,
     (level, most, growth): (f64, u32, u32),
     watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Option<Vec<PairReport>>, StatsError> {
     let mut trials = Vec::new();
-    for i in 0..contenders.len() {
-        for j in i + 1..contenders.len() {
-            let test = Confirmed::new(level, most)?;
-            trials.push(Trial { arms: (i, j), test, open: true, report: None });
-        }
+    for &arms in chosen {
+        trials.push(Trial { arms, test: Confirmed::new(level, most)?, open: true, report: None });
     }
     for round in 0..most {
         let factor = if round == 0 { 1 } else { u64::from(growth) };

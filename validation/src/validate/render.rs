@@ -99,13 +99,19 @@ pub(crate) fn pilot(
 impl Pilot {
     /// Steps of each of `replicates` replicates after which the image has a minimum detectable bias of `mdb` against an integrator that
     /// is just as noisy; as many as `rays` rays allow, at least those of the pilot.
-    pub(crate) fn steps(&self, replicates: usize, mdb: f64, rays: u64) -> u64 {
+    pub(crate) fn steps(
+        &self,
+        replicates: usize,
+        mdb: f64,
+        rays: u64,
+        hopeless: Option<f64>,
+    ) -> u64 {
         let k = replicates as f64;
         let pilots = PILOT as f64;
         let start = self.batch.rays.0 as f64 / pilots;
         let step = self.batch.rays.1 as f64 / pilots / (self.steps - 1) as f64;
         let allowed = 1.0 + (rays as f64 / k - start) / step.max(1.0);
-        let wanted = match self.relative_error() {
+        let steps_for = |mdb: f64| match self.relative_error() {
             // The standard error falls with the root of the samples; the pilot's variance is known to a factor of two.
             Some(error) => {
                 let se = error * (2.0 * pilots / k).sqrt();
@@ -114,8 +120,12 @@ impl Pilot {
             }
             None => f64::INFINITY,
         };
+        let allowed = match hopeless {
+            Some(limit) if steps_for(limit) > allowed => 0.25 * allowed,
+            _ => allowed,
+        };
         // `as` saturates.
-        (wanted.min(allowed).ceil() as u64).max(self.steps)
+        (steps_for(mdb).min(allowed).ceil() as u64).max(self.steps)
     }
 
     /// Relative standard error of the image's mean over the pilot; `None` where nothing was seen.

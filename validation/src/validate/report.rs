@@ -3,8 +3,11 @@
 use serde::Serialize;
 
 use super::config::Config;
-use crate::pairs::{Judgement, TileMap};
+use crate::pairs::{Channel, Judgement, TileMap};
 use crate::stats::Verdict;
+
+/// Most lengths and most tiles that the message of a failure names.
+const MOST_PLACES: usize = 4;
 
 /// Everything that was held to something, and how it came out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -108,7 +111,7 @@ pub struct RoundReport {
 /// Something held to a known answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// Kind of check: `exact`, `chains`, `hard`, `calibration`.
+    /// Kind of check: `exact`, `chains`, `numbers`, `hard`, `calibration`.
     pub kind: &'static str,
     /// Scene or case.
     pub scene: String,
@@ -306,18 +309,12 @@ impl Report {
             let integrators = vec![last.a.clone(), last.b.clone()];
             let p: Vec<String> = pair.rounds.iter().map(|r| format!("{:.1e}", r.p)).collect();
             let (length, tile) = pair.place();
-            let mut place = String::new();
-            if let Some(k) = length {
-                place += &format!(", most at path length {k}");
-            }
-            if let Some([x, y]) = tile {
-                place += &format!(", most in tile {x},{y}");
-            }
             let (a, b) = (last.image.mean_a, last.image.mean_b);
             let message = format!(
-                "{} and {} differ: means {a:.6} and {b:.6}{place}; p = {}",
+                "{} and {} differ: means {a:.6} and {b:.6}{}; p = {}",
                 last.a,
                 last.b,
+                pair.places(),
                 p.join(", then ")
             );
             let base = self.failure(&scene.scene, integrators, message);
@@ -334,9 +331,9 @@ impl Report {
         let message = match (&check.reason, worst) {
             (Some(reason), _) => reason.clone(),
             (None, Some(CheckCell { name, p, mean: Some(m), expected: Some(e), .. })) => {
-                format!("{name}: {m:.7} where {e:.7} is exact; p = {p:.1e}")
+                format!("{}, {name}: {m:.7} where {e:.7} is exact; p = {p:.1e}", check.subject)
             }
-            (None, Some(cell)) => format!("{}: p = {:.1e}", cell.name, cell.p),
+            (None, Some(cell)) => format!("{}, {}: p = {:.1e}", check.subject, cell.name, cell.p),
             (None, None) => "failed".into(),
         };
         let integrators = check.integrators.clone();
@@ -346,6 +343,43 @@ impl Report {
 }
 
 impl PairReport {
+    /// Where the difference shows, in words: path lengths and channels with their means, the kind of path, tiles; and which techniques both use.
+    fn places(&self) -> String {
+        let mut words = String::new();
+        let cells = self.last.lengths.iter().chain(&self.last.channels);
+        let mut differ: Vec<_> = cells.filter(|l| l.verdict == Verdict::Differ).collect();
+        differ.sort_by(|a, b| a.p.total_cmp(&b.p));
+        for l in differ.into_iter().take(MOST_PLACES) {
+            let channel = match l.channel {
+                Channel::Luminance => "",
+                Channel::Red => " in red",
+                Channel::Blue => " in blue",
+            };
+            let what = l.length.map_or("image".into(), |k| format!("length {k}"));
+            words += &format!(", {what}{channel} {:.6} and {:.6}", l.mean_a, l.mean_b);
+        }
+        if let Some(place) = &self.last.place {
+            words += &format!(
+                "; most on paths of length {} that {} can make, {:.6} and {:.6}",
+                place.length,
+                place.techniques.join(", "),
+                place.mean_a,
+                place.mean_b
+            );
+        }
+        let tiles: Vec<String> = self.maps.first().map_or(Vec::new(), |map| {
+            let worst = map.largest(MOST_PLACES);
+            worst.iter().map(|(x, y, sigma)| format!("{x},{y} ({sigma:+.1} σ)")).collect()
+        });
+        if !tiles.is_empty() {
+            words += &format!("; tiles {}", tiles.join(", "));
+        }
+        if !self.last.common.is_empty() {
+            words += &format!("; both use {}", self.last.common.join(", "));
+        }
+        words
+    }
+
     /// Path length and tile where the difference shows most; `None` where a single one does not stand out.
     pub fn place(&self) -> (Option<u32>, Option<[usize; 2]>) {
         let differs = self.last.lengths.iter().filter(|l| l.verdict == Verdict::Differ);

@@ -41,6 +41,7 @@ pub(super) fn run(
     name: &str,
     scene: &Arc<Scene>,
     contenders: &mut [Contender<'_>],
+    chosen: &[(usize, usize)],
     tiles: &Tiles,
     config: &Config,
     limits: Limits,
@@ -71,7 +72,7 @@ pub(super) fn run(
             contender.add(scene, tiles, 0, more.clone(), 1);
         }
         if done == 0 {
-            pairs = begin(contenders, config, &limits, batch)?;
+            pairs = begin(contenders, chosen, config, &limits, batch)?;
         } else {
             for pair in pairs.iter_mut().filter(|w| w.decision == Decision::Continue) {
                 let (a, b) = (&contenders[pair.arms.0].arm, &contenders[pair.arms.1].arm);
@@ -95,30 +96,29 @@ pub(super) fn run(
 
 fn begin(
     contenders: &[Contender<'_>],
+    chosen: &[(usize, usize)],
     config: &Config,
     limits: &Limits,
     batch: usize,
 ) -> Result<Vec<Watched>, StatsError> {
     let mut pairs = Vec::new();
-    for i in 0..contenders.len() {
-        for j in i + 1..contenders.len() {
-            let (a, b) = (&contenders[i], &contenders[j]);
-            if !(a.is_well() && b.is_well()) {
-                continue;
-            }
-            let classes = well_sampled(&a.arm, &b.arm, &Rule::default())?;
-            let lengths: BTreeSet<u16> = classes.iter().map(|c| c.length).collect();
-            let mut cells = vec![Cell::image()];
-            cells.extend(lengths.iter().map(|k| Cell::length(u32::from(*k))));
-            let sequential = SequentialConfig {
-                alpha: limits.level,
-                mdb_limit: config.mdb,
-                ..SequentialConfig::default()
-            };
-            let test = Sequential::new(&cells, sequential)?;
-            let decision = Decision::Continue;
-            pairs.push(Watched { arms: (i, j), classes, test, decision, pushed: batch });
+    for &(i, j) in chosen {
+        let (a, b) = (&contenders[i], &contenders[j]);
+        if !(a.is_well() && b.is_well()) {
+            continue;
         }
+        let classes = well_sampled(&a.arm, &b.arm, &Rule::default())?;
+        let lengths: BTreeSet<u16> = classes.iter().map(|c| c.length).collect();
+        let mut cells = vec![Cell::image()];
+        cells.extend(lengths.iter().map(|k| Cell::length(u32::from(*k))));
+        let sequential = SequentialConfig {
+            alpha: limits.level,
+            mdb_limit: config.mdb,
+            ..SequentialConfig::default()
+        };
+        let test = Sequential::new(&cells, sequential)?;
+        let decision = Decision::Continue;
+        pairs.push(Watched { arms: (i, j), classes, test, decision, pushed: batch });
     }
     Ok(pairs)
 }
