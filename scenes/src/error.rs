@@ -105,11 +105,11 @@ pub enum SceneFileError {
         /// Place of the element.
         place: Place,
         /// "bsdf", "shape", …
-        class: String,
+        class: &'static str,
         /// The type that was asked for.
         plugin: String,
         /// Why it is not there, where that is known.
-        reason: Option<String>,
+        reason: Option<&'static str>,
         /// Types that are understood.
         known: Known,
     },
@@ -201,8 +201,8 @@ fn shortened(name: &str) -> String {
     }
 }
 
-fn because(reason: &Option<String>) -> String {
-    reason.as_ref().map_or(String::new(), |reason| format!(" ({reason})"))
+fn because(reason: &Option<&str>) -> String {
+    reason.map_or(String::new(), |reason| format!(" ({reason})"))
 }
 
 fn count_things(missing: &[String]) -> String {

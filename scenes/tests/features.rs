@@ -121,7 +121,7 @@ fn an_environment_has_its_image_its_turn_and_its_scale() {
     assert_eq!(*scale, 2.0);
     assert_eq!([bitmap.texel(0, 0).r, bitmap.texel(1, 1).r], [3.0, 0.0]);
     let expected = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))
-        * DMat3::from_rotation_y(1.5707963267948966);
+        * DMat3::from_rotation_y(std::f64::consts::FRAC_PI_2);
     assert!((*to_world - expected).to_cols_array().iter().all(|v| v.abs() < 1e-9));
     assert!(scene.notes.iter().any(|n| n.text.contains("1 negative values")));
     pathspace_core::Scene::new(&scene.description).unwrap();

@@ -112,12 +112,12 @@ fn is_missing(object: &Object) -> bool {
 /// A plug-in that is not understood.
 pub(crate) fn unknown(object: &Object) -> SceneFileError {
     let reason = match of(object.class, &object.plugin) {
-        Some(Refused(reason)) => Some(reason.into()),
+        Some(Refused(reason)) => Some(reason),
         _ => None,
     };
     SceneFileError::Plugin {
         place: object.place.clone(),
-        class: object.class.into(),
+        class: object.class,
         plugin: object.plugin.clone(),
         reason,
         known: known(object.class),
