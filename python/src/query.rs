@@ -26,6 +26,9 @@ type Triples<'py> = PyArrayLike2<'py, f32, AllowTypeChange>;
 type Rows<'py> = Bound<'py, PyArray2<f32>>;
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 
+/// Direction, radiance, density, whether no ray meets it, whether nothing is in between.
+type Sampled = ([f32; 3], [f32; 3], f64, bool, bool);
+
 /// Rows of `N` numbers.
 fn rows<const N: usize>(array: &Triples<'_>, what: &str) -> PyResult<Vec<[f32; N]>> {
     if array.shape()[1] != N {
@@ -269,7 +272,7 @@ impl Hits {
     fn sample_emitters(&self, py: Python<'_>, u: Triples<'_>) -> PyResult<Lights> {
         let u = of_length(rows::<3>(&u, "u")?, self.points.len(), "u")?;
         let none = ([0.0; 3], [0.0; 3], 0.0, false, false);
-        let sampled: Vec<([f32; 3], [f32; 3], f64, bool, bool)> = py.detach(|| {
+        let sampled: Vec<Sampled> = py.detach(|| {
             let sample = |(point, u): (&Option<SurfacePoint>, &[f32; 3])| {
                 let Some(p) = point else { return none };
                 let Some(light) = self.world.sample_direct(p.p, u[0], [u[1], u[2]]) else {
