@@ -7,6 +7,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use glam::DVec3;
 use pathspace_core::Scene;
+use pathspace_core::bsdf::Event;
 use pathspace_core::film::Contribution;
 use pathspace_core::path::{PathRecord, Technique, Vertex, WalkRules, contribution, ln_density};
 use pathspace_integrators::Registry;
@@ -87,7 +88,7 @@ fn tell(
         &[0, 1, 2, 3],
     );
     for (i, vertex) in path.vertices.iter().enumerate() {
-        let (on, normal) = describe(scene, vertex);
+        let (on, normal) = describe(scene, vertex, path.events[i]);
         let mut row = vec![format!("x{i}"), on, place(scene, vertex), normal];
         if let Some(next) = path.vertices.get(i + 1) {
             let edge = vertex.edge_to(next);
@@ -135,14 +136,13 @@ fn densities(
 }
 
 /// What a vertex lies on, and its normal.
-fn describe(scene: &Scene, vertex: &Vertex) -> (String, String) {
+fn describe(scene: &Scene, vertex: &Vertex, event: Event) -> (String, String) {
     match vertex {
         Vertex::Surface(point) => {
             let shape = scene.shapes().get(point.shape as usize);
             let name = shape.map_or("", |s| s.name.as_str());
             let light = if point.emitter().is_some() { ", emits" } else { "" };
-            let delta =
-                if scene.bsdf(point).is_delta_at(point.frame.n) { ", specular" } else { "" };
+            let delta = if event.is_specular() { ", specular" } else { "" };
             (format!("{name}{light}{delta}"), vector(point.n_g.as_dvec3()))
         }
         Vertex::PointEmitter { emitter, .. } => (format!("emitter {emitter}"), String::new()),

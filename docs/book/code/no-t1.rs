@@ -1,18 +1,16 @@
-//! Bidirectional path tracing without t = 1. Weights come from the densities of whole paths.
+//! Bidirectional path tracing without t = 1: the subpaths, connections and weights of `core::walk`, with techniques of its own.
 
 use std::sync::Arc;
 
-use pathspace::core::bsdf::TransportMode;
-use pathspace::core::film::{Contribution, Families, Sink};
-use pathspace::core::glam::{Vec2, Vec3};
+use pathspace::core::Scene;
+use pathspace::core::film::{Families, Sink};
 use pathspace::core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace::core::math::Ray;
 use pathspace::core::mis::Heuristic;
-use pathspace::core::path::{Path, Technique, Vertex, WalkRules, families, ln_density};
+use pathspace::core::path::WalkRules;
 use pathspace::core::random::PrimarySample;
-use pathspace::core::{Rgb, Scene};
+use pathspace::core::walk::{TechniqueSet, WalkVertex, Walks, always, next_event_numbers};
 use pathspace::integrators::{Defaults, Spec, SpecError};
 
 /// Name on the command line.
@@ -63,72 +61,6 @@ impl Integrator for MyIntegrator {
     }
 }
 
-/// A vertex of a subpath: f/p up to its scattering, and the direction back.
-#[derive(Clone, Copy)]
-struct Step {
-    vertex: Vertex,
-    throughput: Rgb,
-    from: Vec3,
-}
-
-/// Walks on from `ray`; gives the last ray where it left the scene.
-fn walk<U: PrimarySample>(
-    scene: &Scene,
-    mode: TransportMode,
-    most: usize,
-    mut ray: Ray,
-    mut throughput: Rgb,
-    steps: &mut Vec<Step>,
-    u: &mut U,
-) -> Option<(Ray, Rgb)> {
-    while steps.len() < most && !throughput.is_black() {
-        let Some(point) = scene.intersect(&ray) else { return Some((ray, throughput)) };
-        steps.push(Step { vertex: Vertex::Surface(point), throughput, from: -ray.d });
-        let (lobe, direction) = (u.next(), u.next2());
-        let next = scene.sample_scatter(&point, -ray.d, mode, lobe, direction)?;
-        if u.next() as f64 >= next.survival.value() {
-            return None;
-        }
-        throughput *= next.weight * (1.0 / next.survival.value()) as f32;
-        ray = point.spawn(next.direction);
-    }
-    None
-}
-
-impl MyIntegrator {
-    /// Weighs a path among (s, t), t ≥ 2, and emits it.
-    fn emit<S: Sink>(
-        &self,
-        scene: &Scene,
-        film: Vec2,
-        value: Rgb,
-        light: &[Step],
-        sensor: &[Step],
-        sink: &mut S,
-    ) {
-        if value.is_black() {
-            return;
-        }
-        let vertices = light.iter().chain(sensor.iter().rev()).map(|v| v.vertex).collect();
-        let path = Path { vertices };
-        let Some(emitter) = path.vertices[0].emitter() else { return };
-        let k = path.length();
-        let ln: Vec<_> = (0..k.max(1))
-            .map(|s| ln_density(scene, &path, Technique::new(s, k + 1 - s), &self.rules))
-            .collect();
-        let weight = self.heuristic.weight_ln(light.len(), &ln);
-        sink.add(Contribution {
-            film,
-            value: value * weight as f32,
-            weight: weight as f32,
-            s: light.len() as u16,
-            t: sensor.len() as u16,
-            emitter,
-            families: families(scene, &path, &self.rules),
-        });
-    }
-}
-
 impl PathEstimator for MyIntegrator {
     fn estimate<U: PrimarySample, S: Sink>(
         &self,
@@ -137,57 +69,40 @@ impl PathEstimator for MyIntegrator {
         u: &mut U,
         sink: &mut S,
     ) {
-        let max = self.rules.max_length.map_or(usize::MAX / 4, |k| k as usize);
-        let camera = scene.sensor();
-        let on_film = u.next2();
-        let lens = if camera.is_pinhole() { [0.0; 2] } else { u.next2() };
-        let sample = camera.sample(pixel, on_film, lens);
-        let mut z = vec![Step { vertex: sample.vertex, throughput: Rgb::WHITE, from: Vec3::ZERO }];
-        let radiance = TransportMode::Radiance;
-        let left = walk(scene, radiance, max + 1, sample.ray, Rgb::WHITE, &mut z, u);
-        if let (Some((ray, throughput)), Some(emitter)) = (left, scene.emitters().background()) {
-            let vertex = Vertex::InfiniteEmitter { emitter, to: ray.d };
-            z.push(Step { vertex, throughput, from: -ray.d });
-        }
-        let mut y = Vec::new();
-        if let Some(e) = scene.sample_emission(u.next(), u.next2(), u.next2()) {
-            let throughput = e.radiance * (1.0 / e.pdf.value()) as f32;
-            y.push(Step { vertex: e.vertex, throughput, from: Vec3::ZERO });
-            let importance = TransportMode::Importance;
-            walk(scene, importance, max.saturating_sub(1), e.ray, e.throughput(), &mut y, u);
-        }
-        for t in 2..=z.len() {
-            let (sensor, end) = (&z[..t], &z[t - 1]);
-            // s = 0
-            let emitted = scene.emitted_from(&end.vertex, end.from);
-            self.emit(scene, sample.film, end.throughput * emitted, &[], sensor, sink);
-            let Vertex::Surface(point) = &end.vertex else { continue };
-            if t > max || scene.is_delta_at(point, end.from) {
+        // Every s, and t ≥ 2. Roulette plays at every surface, so that both walks know each other's.
+        let techniques = TechniqueSet::new(0..=1000, 2..=1000);
+        let walks = Walks::new(scene, &self.rules, self.heuristic, techniques);
+        let mut sensor = walks.sensor_subpath(scene, pixel, u, always);
+        let light = walks.light_subpath(scene, u, |_| (), always).vertices;
+        let film = sensor.film;
+        // One technique (s, t): f/p of the path, its weight among all others that make it, and whether both ends see each other.
+        let mut connect = |light: &[WalkVertex], sensor: &[WalkVertex]| {
+            if let Some(path) = walks.connect(scene, light, sensor)
+                && path.is_visible(scene)
+            {
+                path.emit(scene, sink, film, path.weight(scene, &walks), 1.0);
+            }
+        };
+        for t in 2..=sensor.vertices.len() {
+            let (sensor, z) = (&sensor.vertices[..t], &sensor.vertices[t - 1]);
+            // s = 0: the subpath ends on an emitter.
+            if z.vertex.emitter().is_some() {
+                connect(&[], sensor);
+            }
+            let (pick, on_emitter) = next_event_numbers(u);
+            if !z.connectible || t > walks.max {
                 continue;
             }
-            // s = 1
-            if let Some(direct) = scene.sample_direct(point.p, u.next(), u.next2()) {
-                let edge = end.vertex.edge_to(&direct.vertex);
-                let f = scene.evaluate_scatter(point, end.from, edge.direction(), radiance);
-                if let Some(f) = f.filter(|_| scene.visible(&end.vertex, &direct.vertex)) {
-                    let g = (edge.geometry_term() / direct.pdf.value()) as f32;
-                    let value = end.throughput * f.value * direct.radiance * g;
-                    let x0 = Step { vertex: direct.vertex, ..*end };
-                    self.emit(scene, sample.film, value, &[x0], sensor, sink);
-                }
+            // s = 1: x₀ is sampled for the last vertex.
+            let p = z.vertex.position();
+            if let Some(direct) = p.and_then(|p| scene.sample_direct(p, pick, on_emitter)) {
+                connect(&[WalkVertex::next_event(scene, &direct)], sensor);
             }
-            // s ≥ 2
-            for s in 2..=y.len().min(max + 1 - t) {
-                let start = &y[s - 1];
-                let Vertex::Surface(at) = &start.vertex else { continue };
-                let edge = start.vertex.edge_to(&end.vertex);
-                let f = scene.scatter(at, start.from, edge.direction())
-                    * scene.scatter(point, -edge.direction(), end.from);
-                let value = start.throughput * f * end.throughput * edge.geometry_term() as f32;
-                if !value.is_black() && scene.visible(&start.vertex, &end.vertex) {
-                    self.emit(scene, sample.film, value, &y[..s], sensor, sink);
-                }
+            // s ≥ 2: the two subpaths are joined.
+            for s in 2..=light.len().min(walks.max + 1 - t) {
+                connect(&light[..s], sensor);
             }
         }
+        walks.on_background(scene, &mut sensor, |sensor| connect(&[], sensor));
     }
 }

@@ -5,26 +5,22 @@
 //! other. Both are techniques for the same paths, and multiple importance sampling weights them together: connections are good at
 //! diffuse light, merges at caustics seen in mirrors and glass, for which no connection exists.
 //!
+//! Subpaths, connections and weights are those of [`pathspace::core::walk`]; its recursion of weights has the term of a merge. Here:
+//!
 //! | step | file |
 //! | --- | --- |
-//! | walks and their densities | `subpath` |
-//! | connections | `connect` |
 //! | merges | `merge` |
 //! | light vertices by place | `photons` |
-//! | weights of both | `weight` |
 //! | a step: light subpaths, photons, sensor subpaths | `run` |
 //!
 //! A merged path has x_i on both of its subpaths. Its contribution counts x_i on the sensor's side, where it lies: (s, t) = (i, k − i + 1), so
 //! that s + t − 1 is its length and it shares a layer with the connection of x_{i−1} and x_i.
 
-mod connect;
 mod merge;
 mod photons;
 mod run;
-mod subpath;
 #[cfg(test)]
 mod tests;
-mod weight;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -32,11 +28,11 @@ use std::sync::Arc;
 use pathspace::core::Scene;
 use pathspace::core::film::Families;
 use pathspace::core::integrator::{Integrator, IntegratorError, Run, State};
+use pathspace::core::path::WalkRules;
+use pathspace::core::walk::{Walks, Weights};
 use pathspace::integrators::{Defaults, Spec, SpecError};
 
 use crate::run::VcmRun;
-use crate::subpath::Walks;
-use crate::weight::{Exponent, Weights};
 
 /// Name in the registry.
 pub const NAME: &str = "vcm";
@@ -54,7 +50,8 @@ pub struct Vcm {
     pub connect: bool,
     /// Longest path in edges; `None` is unlimited.
     pub max_length: Option<u32>,
-    exponent: Exponent,
+    /// β of the heuristic.
+    power: f64,
     spec: String,
 }
 
@@ -70,10 +67,7 @@ impl Vcm {
             alpha: options.number("alpha", 0.75, 0.0..=1.0)?,
             merge: options.boolean("merge", true)?,
             connect: options.boolean("connect", true)?,
-            exponent: options.choice(
-                "heuristic",
-                &[("balance", Exponent::Balance), ("power", Exponent::Power)],
-            )?,
+            power: options.choice("heuristic", &[("balance", 1.0), ("power", 2.0)])?,
             max_length: options.max_length(defaults)?,
             spec: spec.to_string(),
         };
@@ -87,14 +81,15 @@ impl Vcm {
         (self.first_radius * i.powf(0.5 * (self.alpha - 1.0))).max(1e-7)
     }
 
-    /// Walks of a step with `n` light subpaths.
-    fn walks<'a>(&self, scene: &'a Scene, n: u64, radius: f64) -> Walks<'a> {
-        let eta = if self.merge { n as f64 * PI * radius * radius } else { 0.0 };
-        Walks {
-            scene,
-            weights: Weights { exponent: self.exponent, connect: self.connect, eta },
-            max_length: self.max_length.map_or(usize::MAX / 4, |k| k as usize),
-        }
+    /// η = N π r² of a step with `n` light subpaths (Georgiev 2012, eq. 20); 0 where merges take no part.
+    fn eta(&self, n: u64, radius: f64) -> f64 {
+        if self.merge { n as f64 * PI * radius * radius } else { 0.0 }
+    }
+
+    /// Walks of a step. Roulette plays at every surface and depends on the event alone, so that both walks know each other's.
+    fn walks(&self, scene: &Scene, eta: f64) -> Walks {
+        let rules = WalkRules { max_length: self.max_length, rr_depth: 1 };
+        Walks::weighed(scene, &rules, Weights::with_merges(self.power, self.connect, eta))
     }
 }
 

@@ -7,78 +7,102 @@
 //! summed over the photons y within r. It takes x_i for y, and with it the flux around x_i for that at x_i: a bias of O(r²) on flat surfaces, of
 //! O(r) at edges and shadows, gone with r.
 
+use pathspace::core::Scene;
 use pathspace::core::bsdf::TransportMode;
-use pathspace::core::film::Sink;
-use pathspace::core::path::{TwoWayScatter, Vertex};
+use pathspace::core::film::{Contribution, Sink};
+use pathspace::core::glam::Vec2;
+use pathspace::core::measure::Density;
+use pathspace::core::path::{PathRecord, Technique, Vertex, WalkClass};
+use pathspace::core::walk::{Side, WalkVertex, Walks, joined};
 
-use crate::connect::{Connector, Made};
 use crate::photons::PhotonGrid;
-use crate::subpath::{LightSubpath, SubpathVertex};
 
-impl<S: Sink> Connector<'_, S> {
+/// The merges of one sensor subpath.
+pub(crate) struct Merger<'a> {
+    pub scene: &'a Scene,
+    pub walks: &'a Walks,
+    pub eta: f64,
+    /// Where the sensor subpath starts.
+    pub film: Vec2,
+}
+
+impl Merger<'_> {
     /// Merges the last vertex of `sensor` with every photon near it.
-    pub(crate) fn merge(
-        &mut self,
-        sensor: &[SubpathVertex],
+    pub(crate) fn merge<S: Sink>(
+        &self,
+        sensor: &[WalkVertex],
         photons: &PhotonGrid,
-        light: &[LightSubpath],
+        light: &[Vec<WalkVertex>],
+        sink: &mut S,
     ) {
-        let Some(p) = sensor.last().filter(|z| z.merges).and_then(|z| z.vertex.position()) else {
-            return;
-        };
-        photons.within(p, |photon| {
-            let subpath = &light[photon.path as usize];
-            let vertices = &subpath.vertices[..=photon.vertex as usize];
-            self.merge_one(vertices, sensor, subpath.emitter);
+        let last = sensor.last().filter(|z| z.connectible && z.from != Default::default());
+        let Some(Vertex::Surface(point)) = last.map(|z| z.vertex) else { return };
+        photons.within(point.p, |photon| {
+            let light = &light[photon.path as usize][..=photon.vertex as usize];
+            self.merge_one(light, sensor, sink);
         });
     }
 
     /// Merges the last vertices of two subpaths.
-    pub(crate) fn merge_one(
-        &mut self,
-        light: &[SubpathVertex],
-        sensor: &[SubpathVertex],
-        emitter: u32,
+    pub(crate) fn merge_one<S: Sink>(
+        &self,
+        light: &[WalkVertex],
+        sensor: &[WalkVertex],
+        sink: &mut S,
     ) {
-        let ([before @ .., y], Some(z)) = (light, sensor.last()) else { return };
+        let ([x0, ..], [before @ .., y], [.., z_before, z]) = (light, light, sensor) else {
+            return;
+        };
+        let (Some(y_before), Some(emitter)) = (before.last(), x0.vertex.emitter()) else { return };
+        let (scene, walks) = (self.scene, self.walks);
         let Vertex::Surface(point) = &z.vertex else { return };
         // The merged vertex is on both sides: k = s + t − 1 edges with s not counting it.
-        if before.len() + sensor.len() > self.walks.max_length + 1 {
+        if before.len() + sensor.len() > walks.max + 1 {
             return;
         }
         let mode = TransportMode::Radiance;
-        let Some(scatter) = self.walks.scene.connect_scatter(point, z.from, y.from, mode) else {
-            return;
-        };
-        let Some(weight) = self.merge_weight(light, sensor, &scatter) else { return };
-        let eta = self.walks.weights.eta;
-        self.emit(&Made {
-            film: self.film,
-            value: y.throughput * scatter.value * z.throughput * (1.0 / eta) as f32,
-            weight,
-            light: before,
-            sensor,
-            emitter,
-            ln_extra: (eta * y.pdf.value()).ln(),
-        });
-    }
-
-    /// w of the merge of the last vertices; `scatter` is that of the sensor's vertex, which came from its side and looks along the photon's.
-    pub(crate) fn merge_weight(
-        &self,
-        light: &[SubpathVertex],
-        sensor: &[SubpathVertex],
-        scatter: &TwoWayScatter,
-    ) -> Option<f64> {
-        let ([.., y_before, y], [.., z_before, z]) = (light, sensor) else { return None };
-        let weights = &self.walks.weights;
+        let Some(scatter) = scene.connect_scatter(point, z.from, y.from, mode) else { return };
         // p′ of the vertices beside x_i: the sensor walk goes on along the photon's edge, the light walk along the sensor's.
         let to_light = y.vertex.edge_to(&y_before.vertex);
-        let y_opposite = to_light.to_area(scatter.forward * scatter.survival_forward);
         let to_sensor = z.vertex.edge_to(&z_before.vertex);
-        let z_opposite = to_sensor.to_area(scatter.backward * scatter.survival_backward);
-        let k_light = weights.arrive(y_before, y, true, y.direct, y_opposite);
-        let k_sensor = weights.arrive(z_before, z, true, 1.0, z_opposite);
-        Some(weights.merging((k_light, y.pdf), (k_sensor, z.pdf)))
+        let side = |vertices, before, direct| Side {
+            vertices,
+            last: Density::ZERO,
+            before,
+            connectible: true,
+            merges: true,
+            direct,
+        };
+        let y_before = to_light.to_area(scatter.forward * scatter.survival_forward);
+        let z_before = to_sensor.to_area(scatter.backward * scatter.survival_backward);
+        let sides = (side(light, y_before, y.weight.direct), side(sensor, z_before, 1.0));
+        let Some(weight) = walks.light.weights.merge_weight(sides.0, sides.1) else { return };
+        let value = y.throughput * scatter.value * z.throughput * (1.0 / self.eta) as f32;
+        let value = value * weight as f32;
+        let technique = Technique::new(before.len(), sensor.len());
+        let origin = scene.emitters().get(emitter).into();
+        let (light_class, sensor_class) = (y.class, z.class_at_connection());
+        sink.add(Contribution {
+            weight: weight as f32,
+            s: technique.s as u16,
+            t: technique.t as u16,
+            emitter,
+            families: WalkClass::join(
+                &light_class,
+                &sensor_class,
+                origin,
+                scene.sensor().is_pinhole(),
+            ),
+            ..Contribution::new(self.film, value)
+        });
+        if S::RECORDS_PATHS {
+            let mut path = joined(before, sensor);
+            // The light subpath went on from its last vertex here.
+            path.events[before.len() - 1] = before[before.len() - 1].event;
+            let vertices = before.iter().chain(sensor);
+            let ln_pdf =
+                vertices.map(|v| v.pdf.value().ln()).sum::<f64>() + (self.eta * y.pdf.value()).ln();
+            sink.record(PathRecord { path, technique, ln_pdf, weight, value });
+        }
     }
 }

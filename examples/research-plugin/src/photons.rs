@@ -1,8 +1,7 @@
 //! Light vertices in a grid, found by distance.
 
 use pathspace::core::glam::{IVec3, Vec3};
-
-use crate::subpath::LightSubpath;
+use pathspace::core::walk::WalkVertex;
 
 /// A light vertex that can be merged with.
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +26,13 @@ pub(crate) struct PhotonGrid {
 
 impl PhotonGrid {
     /// All vertices of `light` that merge.
-    pub(crate) fn new(light: &[LightSubpath], radius: f32) -> Self {
+    pub(crate) fn new(light: &[Vec<WalkVertex>], radius: f32) -> Self {
         let mut all = Vec::new();
         for (path, subpath) in light.iter().enumerate() {
-            for (vertex, v) in subpath.vertices.iter().enumerate() {
-                if v.merges
+            for (vertex, v) in subpath.iter().enumerate() {
+                // It may have gone on by a specular component: a merge ends it here.
+                if vertex > 0
+                    && v.connectible
                     && let Some(p) = v.vertex.position()
                 {
                     let cell = cell_of(p, radius);
@@ -100,13 +101,11 @@ fn bucket(cell: IVec3, buckets: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use pathspace::core::color::Rgb;
     use pathspace::core::measure::Density;
     use pathspace::core::path::Vertex;
     use pathspace::core::random::{Address, PrimarySample, RandomStream};
 
     use super::*;
-    use crate::subpath::SubpathVertex;
 
     #[test]
     fn a_query_gives_exactly_the_photons_within_the_radius_once_each() {
@@ -114,13 +113,11 @@ mod tests {
         let mut point = |scale: f32| Vec3::from([0; 3].map(|_| (u.next() - 0.5) * scale));
         // Few cells and many photons, then many cells with collisions.
         for (scale, radius) in [(0.5, 0.2), (2.0, 0.05), (2.0, 0.01)] {
-            let vertices = (0..2000).map(|_| {
+            let vertices = (0..2001).map(|_| {
                 let sensor = Vertex::Sensor { p: point(scale), n: Vec3::Z };
-                let mut v = SubpathVertex::first(sensor, Density::new(1.0), Rgb::WHITE);
-                v.merges = true;
-                v
+                WalkVertex::first(sensor, Density::new(1.0))
             });
-            let light = [LightSubpath { vertices: vertices.collect(), emitter: 0 }];
+            let light = [vertices.collect::<Vec<_>>()];
             let grid = PhotonGrid::new(&light, radius);
             let mut met = 0;
             for _ in 0..500 {
@@ -128,12 +125,12 @@ mod tests {
                 let mut found = Vec::new();
                 grid.within(p, |photon| found.push(photon.vertex));
                 found.sort_unstable();
-                let near = |v: &SubpathVertex| {
+                let near = |v: &WalkVertex| {
                     let q = v.vertex.position().unwrap();
                     q.distance_squared(p) <= radius * radius
                 };
                 let expected: Vec<u32> =
-                    (0..2000).filter(|i| near(&light[0].vertices[*i as usize])).collect();
+                    (1..2001).filter(|i| near(&light[0][*i as usize])).collect();
                 assert_eq!(found, expected, "radius {radius}");
                 met += found.len();
             }

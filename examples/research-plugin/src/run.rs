@@ -8,12 +8,12 @@ use pathspace::core::film::{Chunk, Film, Sink};
 use pathspace::core::glam::Vec2;
 use pathspace::core::integrator::{Run, State};
 use pathspace::core::random::{Address, PrimarySample, RandomStream, derive_seed};
+use pathspace::core::walk::{WalkVertex, Walks, always, next_event_numbers};
 use rayon::prelude::*;
 
 use crate::Vcm;
-use crate::connect::Connector;
+use crate::merge::Merger;
 use crate::photons::PhotonGrid;
-use crate::subpath::{LightSubpath, Walks};
 
 /// Light subpaths in a parallel task.
 const BATCH: u64 = 1024;
@@ -32,7 +32,7 @@ impl VcmRun {
     }
 
     /// Light subpaths of this step in order, with the contributions of t = 1.
-    fn trace_light(&self, walks: Walks<'_>, film: &Film) -> (Vec<Chunk>, Vec<LightSubpath>, u64) {
+    fn trace_light(&self, at: &At<'_>, film: &Film) -> (Vec<Chunk>, Vec<Vec<WalkVertex>>, u64) {
         let items = film.pixels();
         // Numbers of their own, apart from those of the sensor subpaths.
         let seed = derive_seed(self.seed, u64::MAX);
@@ -45,7 +45,7 @@ impl VcmRun {
                 for item in batch * BATCH..((batch + 1) * BATCH).min(items) {
                     let address = Address { seed, step: self.step, item };
                     chunk.begin(address);
-                    subpaths.push(light(walks, &mut RandomStream::new(address), &mut chunk));
+                    subpaths.push(at.light(&mut RandomStream::new(address), &mut chunk));
                 }
                 (chunk, subpaths, driver::rays_on_this_thread() - before)
             })
@@ -64,8 +64,8 @@ impl Run for VcmRun {
     fn step(&mut self, film: &mut Film) -> Work {
         let items = film.pixels();
         let radius = self.vcm.radius(self.step);
-        let walks = self.vcm.walks(&self.scene, items, radius);
-        let (chunks, light, light_rays) = self.trace_light(walks, film);
+        let at = At::new(&self.vcm, &self.scene, items, radius);
+        let (chunks, light, light_rays) = self.trace_light(&at, film);
         for chunk in &chunks {
             film.apply(chunk);
         }
@@ -74,7 +74,7 @@ impl Run for VcmRun {
         let mut work = driver::run_items(film, self.seed, self.step, items, |item, u, chunk| {
             let (x, y) = (item % crop.width as u64, item / crop.width as u64);
             let pixel = Some([crop.x + x as u32, crop.y + y as u32]);
-            sensor(walks, pixel, item as usize, &light, photons.as_ref(), u, chunk);
+            at.sensor(pixel, &light[item as usize], (&light, photons.as_ref()), u, chunk);
         });
         work.rays += light_rays;
         self.step += 1;
@@ -91,46 +91,84 @@ impl Run for VcmRun {
     }
 }
 
-/// One light subpath, with technique t = 1 of each of its vertices.
-pub(crate) fn light<U: PrimarySample, S: Sink>(
-    walks: Walks<'_>,
-    u: &mut U,
-    sink: &mut S,
-) -> LightSubpath {
-    let subpath = walks.light(u);
-    if walks.weights.connect {
-        let mut connector = Connector { walks, sink, film: Vec2::ZERO };
-        for s in 1..=subpath.vertices.len().min(walks.max_length) {
-            let lens = walks.lens(u);
-            if subpath.vertices[s - 1].connectible {
-                connector.onto_film(&subpath.vertices[..s], subpath.emitter, lens);
-            }
-        }
-    }
-    subpath
+/// What the samples of a step share.
+pub(crate) struct At<'a> {
+    scene: &'a Scene,
+    pub walks: Walks,
+    pub eta: f64,
+    connect: bool,
 }
 
-/// One sensor subpath, with all techniques t ≥ 2: connections to the light subpath `own`, merges with all.
-pub(crate) fn sensor<U: PrimarySample, S: Sink>(
-    walks: Walks<'_>,
-    pixel: Option<[u32; 2]>,
-    own: usize,
-    light: &[LightSubpath],
-    photons: Option<&PhotonGrid>,
-    u: &mut U,
-    sink: &mut S,
-) {
-    let subpath = walks.sensor(pixel, u);
-    let mut connector = Connector { walks, sink, film: subpath.film };
-    for t in 2..=subpath.vertices.len() {
-        let sensor = &subpath.vertices[..t];
-        connector.hit_emitter(sensor);
-        if walks.weights.connect {
-            let on_emitter = (u.next(), u.next2());
-            connector.connect(&light[own], sensor, on_emitter);
+impl<'a> At<'a> {
+    pub(crate) fn new(vcm: &Vcm, scene: &'a Scene, n: u64, radius: f64) -> Self {
+        let eta = vcm.eta(n, radius);
+        At { scene, walks: vcm.walks(scene, eta), eta, connect: vcm.connect }
+    }
+
+    /// One technique (s, t) of two subpaths, connected or hit.
+    fn connect<S: Sink>(
+        &self,
+        light: &[WalkVertex],
+        sensor: &[WalkVertex],
+        film: Vec2,
+        sink: &mut S,
+    ) {
+        let (scene, walks) = (self.scene, &self.walks);
+        let connection = walks.connect(scene, light, sensor);
+        if let Some(connection) = connection.filter(|c| c.is_visible(scene)) {
+            connection.emit(scene, sink, film, connection.weight(scene, walks), 1.0);
         }
-        if let Some(photons) = photons {
-            connector.merge(sensor, photons, light);
+    }
+
+    /// One light subpath, with technique t = 1 of each of its vertices.
+    pub(crate) fn light<U: PrimarySample, S: Sink>(
+        &self,
+        u: &mut U,
+        sink: &mut S,
+    ) -> Vec<WalkVertex> {
+        let vertices = self.walks.light_subpath(self.scene, u, |_| (), always).vertices;
+        for s in (1..=vertices.len().min(self.walks.max)).filter(|_| self.connect) {
+            let (lens, pdf) = self.scene.sensor().sample_vertex(self.walks.lens(u));
+            let lens = WalkVertex::on_lens(lens, pdf);
+            self.connect(&vertices[..s], &[lens], Vec2::ZERO, sink);
         }
+        vertices
+    }
+
+    /// One sensor subpath, with all techniques t ≥ 2: connections to the light subpath `own`, merges with all.
+    pub(crate) fn sensor<U: PrimarySample, S: Sink>(
+        &self,
+        pixel: Option<[u32; 2]>,
+        own: &[WalkVertex],
+        (light, photons): (&[Vec<WalkVertex>], Option<&PhotonGrid>),
+        u: &mut U,
+        sink: &mut S,
+    ) {
+        let (scene, walks) = (self.scene, &self.walks);
+        let mut subpath = walks.sensor_subpath(scene, pixel, u, always);
+        let film = subpath.film;
+        let merger = Merger { scene, walks, eta: self.eta, film };
+        for t in 2..=subpath.vertices.len() {
+            let sensor = &subpath.vertices[..t];
+            let z = &sensor[t - 1];
+            if z.vertex.emitter().is_some() {
+                self.connect(&[], sensor, film, sink);
+            }
+            if self.connect {
+                let (pick, on_emitter) = next_event_numbers(u);
+                let p = z.vertex.position().filter(|_| z.connectible && t <= walks.max);
+                if let Some(direct) = p.and_then(|p| scene.sample_direct(p, pick, on_emitter)) {
+                    let x0 = WalkVertex::next_event(scene, &direct);
+                    self.connect(&[x0], sensor, film, sink);
+                }
+                for s in 2..=own.len().min((walks.max + 1).saturating_sub(t)) {
+                    self.connect(&own[..s], sensor, film, sink);
+                }
+            }
+            if let Some(photons) = photons {
+                merger.merge(sensor, photons, light, sink);
+            }
+        }
+        walks.on_background(scene, &mut subpath, |sensor| self.connect(&[], sensor, film, sink));
     }
 }

@@ -2,7 +2,7 @@
 
 use pathspace::core::Scene;
 use pathspace::core::bsdf::TransportMode;
-use pathspace::core::path::{Path, Technique, Vertex, WalkRules, ln_density, samplable};
+use pathspace::core::path::{Path, Technique, WalkRules, ln_density, samplable};
 
 use crate::Vcm;
 
@@ -46,8 +46,7 @@ pub fn ln_densities(scene: &Scene, vcm: &Vcm, eta: f64, path: &Path) -> Vec<(Way
         assert!(same, "({s}, {}): {ln} and {core:?}", technique.t);
     }
     for i in 1..k {
-        let Vertex::Surface(point) = &v[i] else { continue };
-        let spreads = !scene.is_delta_at(point, v[i].edge_to(&v[i + 1]).direction());
+        let spreads = !path.is_specular(i);
         let ln = eta.ln() + product(&light[..=i]) + product(&sensor[i..]);
         if vcm.merge && spreads && ln.is_finite() {
             ways.push((Way::Merge { i }, ln));
@@ -74,7 +73,7 @@ fn light_factors(scene: &Scene, path: &Path) -> Vec<f64> {
             scene.pdf_emission_next(&v[0], &edge).value()
         } else {
             let from = v[j - 1].edge_to(&v[j - 2]).direction();
-            scatter(scene, &v[j - 1], from, edge.direction(), TransportMode::Importance)
+            scatter(scene, path, j - 1, from, edge.direction(), TransportMode::Importance)
                 .map_or(0.0, |(pdf, q)| edge.to_area(pdf * q).value())
         };
         factors.push(density);
@@ -93,7 +92,7 @@ fn sensor_factors(scene: &Scene, path: &Path) -> Vec<f64> {
             edge.to_area(scene.sensor().pdf_direction(edge.direction())).value()
         } else {
             let from = v[j + 1].edge_to(&v[j + 2]).direction();
-            scatter(scene, &v[j + 1], from, edge.direction(), TransportMode::Radiance)
+            scatter(scene, path, j + 1, from, edge.direction(), TransportMode::Radiance)
                 .map_or(0.0, |(pdf, q)| edge.to_area(pdf * q).value())
         };
     }
@@ -107,10 +106,11 @@ type Event = (
 
 fn scatter(
     scene: &Scene,
-    vertex: &Vertex,
+    path: &Path,
+    i: usize,
     from: pathspace::core::glam::Vec3,
     to: pathspace::core::glam::Vec3,
     mode: TransportMode,
 ) -> Option<Event> {
-    scene.scatter_event(vertex.surface()?, from, to, mode)
+    scene.scatter_event(path.vertices[i].surface()?, from, to, mode, path.events[i])
 }

@@ -1,22 +1,19 @@
 //! Weights of every technique of given paths by the code that renders, against the slow form; their sum is 1.
 
 use pathspace::core::Scene;
-use pathspace::core::bsdf::TransportMode;
-use pathspace::core::color::Rgb;
-use pathspace::core::emitter::{DirectSample, NextDensity};
+use pathspace::core::emitter::DirectSample;
 use pathspace::core::film::RecordingSink;
-use pathspace::core::glam::{Vec2, Vec3};
-use pathspace::core::math::Ray;
-use pathspace::core::path::{self, Path, PathRecord, Vertex};
+use pathspace::core::glam::Vec2;
+use pathspace::core::path::{self, Path, PathRecord};
 use pathspace::core::random::{Address, RandomStream};
+use pathspace::core::walk::{Walk, WalkVertex};
 
 use super::slow::{self, RULES, Way};
 use super::{scene, vcm};
 use crate::Vcm;
-use crate::connect::Connector;
+use crate::merge::Merger;
 use crate::photons::PhotonGrid;
-use crate::run;
-use crate::subpath::{OpenEdge, SubpathVertex, Walks};
+use crate::run::At;
 
 /// Light subpaths that are merged with.
 const N: u64 = 1500;
@@ -35,100 +32,61 @@ const SCENES: [&str; 9] = [
 
 /// What one step makes, whole.
 fn paths(scene: &Scene, vcm: &Vcm, sensors: u64) -> (Vec<PathRecord>, RecordingSink) {
-    let walks = vcm.walks(scene, N, RADIUS);
+    let at = At::new(vcm, scene, N, RADIUS);
     let mut sink = RecordingSink::default();
     let stream = |seed, item| RandomStream::new(Address { seed, step: 0, item });
-    let light: Vec<_> =
-        (0..N).map(|item| run::light(walks, &mut stream(3, item), &mut sink)).collect();
+    let light: Vec<_> = (0..N).map(|item| at.light(&mut stream(3, item), &mut sink)).collect();
     let photons = vcm.merge.then(|| PhotonGrid::new(&light, RADIUS as f32));
     for item in 0..sensors {
-        let own = item as usize;
-        run::sensor(walks, None, own, &light, photons.as_ref(), &mut stream(4, item), &mut sink);
+        let own = &light[item as usize];
+        let all = (light.as_slice(), photons.as_ref());
+        at.sensor(None, own, all, &mut stream(4, item), &mut sink);
     }
     (sink.records.clone(), sink)
 }
 
-/// The subpath along given vertices, with the densities that a walk would have given them.
-fn lay(walks: &Walks<'_>, mode: TransportMode, v: &[Vertex], start: f64) -> Vec<SubpathVertex> {
-    let scene = walks.scene;
-    let sensor = mode == TransportMode::Radiance;
-    let first = if sensor { scene.sensor().pdf_vertex() } else { scene.pdf_emission_vertex(&v[0]) };
-    let mut subpath = vec![SubpathVertex::first(v[0], first, Rgb::WHITE)];
-    for i in 1..v.len() {
-        let d = v[i - 1].edge_to(&v[i]).direction();
-        let next = match &v[i - 1] {
-            Vertex::Surface(point) if i >= 2 => {
-                let from = subpath[i - 1].from;
-                let Some((pdf, q)) = scene.scatter_event(point, from, d, mode) else { break };
-                NextDensity::Direction(pdf * q)
-            }
-            _ if sensor => NextDensity::Direction(scene.sensor().pdf_direction(d)),
-            first => match scene.next_of(first, d) {
-                Some(next) => next,
-                None => break,
-            },
-        };
-        let spreads = v[i].surface().is_some_and(|point| !scene.is_delta_at(point, -d));
-        let edge = OpenEdge { ray: Ray::new(Vec3::ZERO, d), throughput: Rgb::WHITE, next };
-        if !walks.push(mode, &mut subpath, v[i], spreads, start, &edge) {
-            break;
-        }
-    }
-    subpath
-}
-
 /// Weights of all ways to make a path by production code.
-fn production(walks: Walks<'_>, path: &Path) -> Vec<(Way, f64)> {
-    let (scene, k, v) = (walks.scene, path.length(), &path.vertices);
+fn production(scene: &Scene, at: &At<'_>, path: &Path) -> Vec<(Way, f64)> {
+    let (walks, k, v) = (&at.walks, path.length(), &path.vertices);
     let emitter = v[0].emitter().unwrap();
-    // On a lens t = 1 would sample another point than the path's.
-    let pinhole = scene.sensor().is_pinhole();
-    let backwards: Vec<Vertex> = v.iter().rev().copied().collect();
-    let light = lay(&walks, TransportMode::Importance, &v[..k], walks.start(emitter));
-    let sensor = lay(&walks, TransportMode::Radiance, &backwards, 0.0);
-    let mut sink = RecordingSink::default();
+    let delta = scene.emitters().get(emitter).is_delta();
+    let light = Walk { weights: walks.light.weights.for_emitter(delta), ..walks.light };
+    let (light, sensor) = (light.lay(scene, path), walks.sensor.lay(scene, path));
+    let ends = |side: &[WalkVertex]| side.last().is_none_or(WalkVertex::ends);
     let mut made = Vec::new();
     for s in 0..=k {
         let t = k + 1 - s;
-        if light.len() < s || sensor.len() < t || (s >= 1 && !walks.weights.connect) {
+        if light.len() < s || sensor.len() < t || (s == 0 && delta) {
             continue;
         }
-        let (y, z) = (&light[..s], &sensor[..t]);
-        let before = sink.records.len();
-        let mut connector = Connector { walks, sink: &mut sink, film: Vec2::ZERO };
-        let ends = [y, z].iter().all(|side| side.last().is_none_or(|v| v.connectible));
-        match (s, t) {
-            (0, _) => connector.hit_emitter(z),
-            (_, 1) if ends && pinhole => connector.onto_film(y, emitter, [0.0; 2]),
-            (1, _) if ends => {
-                let d = v[0].edge_to(&v[1]).direction();
-                let direct = DirectSample {
-                    vertex: v[0],
-                    emitter,
-                    radiance: scene.emitted_from(&v[0], d),
-                    pdf: scene.pdf_direct(v[1].position().unwrap(), &v[0]),
-                };
-                connector.connect_direct(z, &direct);
-            }
-            _ if ends => connector.inner(y, z, emitter),
-            _ => {}
+        let (mut y, mut z) = (&light[..s], &sensor[..t]);
+        if s > 0 && !(ends(y) && ends(z)) {
+            continue;
         }
-        if sink.records.len() > before {
-            made.push((Way::Connect { s }, sink.records[before].weight));
+        let (x0, lens);
+        if s == 1 && t >= 2 {
+            let radiance = scene.emitted_from(&v[0], v[0].edge_to(&v[1]).direction());
+            let pdf = scene.pdf_direct(v[1].position().unwrap(), &v[0]);
+            let direct = DirectSample { vertex: v[0], emitter, radiance, pdf };
+            x0 = [WalkVertex::next_event(scene, &direct)];
+            y = &x0;
         }
+        if t == 1 {
+            lens = [WalkVertex::on_lens(v[k], scene.sensor().pdf_vertex())];
+            z = &lens;
+        }
+        let connection = walks.connect(scene, y, z).filter(|c| c.is_visible(scene));
+        made.extend(connection.map(|c| (Way::Connect { s }, c.weight(scene, walks))));
     }
+    let mut sink = RecordingSink::default();
+    let merger = Merger { scene, walks, eta: at.eta, film: Vec2::ZERO };
     for i in 1..k {
         let t = k + 1 - i;
-        if light.len() <= i
-            || sensor.len() < t
-            || !sensor[t - 1].merges
-            || !(walks.weights.eta > 0.0)
-        {
+        if light.len() <= i || sensor.len() < t || !sensor[t - 1].ends() || !(at.eta > 0.0) {
             continue;
         }
         let before = sink.records.len();
-        let mut connector = Connector { walks, sink: &mut sink, film: Vec2::ZERO };
-        connector.merge_one(&light[..=i], &sensor[..t], emitter);
+        merger.merge_one(&light[..=i], &sensor[..t], &mut sink);
         if sink.records.len() > before {
             made.push((Way::Merge { i }, sink.records[before].weight));
         }
@@ -149,7 +107,7 @@ fn check(spec: &str, beta: f64, scenes: &[&str]) {
     for name in scenes {
         let scene = scene(name, 32);
         let pinhole = scene.sensor().is_pinhole();
-        let walks = vcm.walks(&scene, N, RADIUS);
+        let at = At::new(&vcm, &scene, N, RADIUS);
         // Paths with exact vertices: those of merges have one of two.
         let every = super::vcm("vcm:merge=false", Some(9));
         let (mut records, _) = paths(&scene, &every, 120);
@@ -157,9 +115,9 @@ fn check(spec: &str, beta: f64, scenes: &[&str]) {
         let (mut weights, mut sums, mut off, mut blocked) = (0, 0, 0, 0);
         for record in &records {
             let path = &record.path;
-            let ways = slow::ln_densities(&scene, &vcm, walks.weights.eta, path);
+            let ways = slow::ln_densities(&scene, &vcm, at.eta, path);
             let expected = slow::weights(&ways, beta);
-            let made = production(walks, path);
+            let made = production(&scene, &at, path);
             let tolerance = tolerance(path);
             for (way, weight) in &made {
                 let oracle = expected.iter().find(|(w, _)| w == way).map_or(0.0, |(_, w)| *w);
