@@ -147,6 +147,19 @@ pub enum MaterialKind {
         /// Factor on reflection (1 is physical).
         specular_reflectance: Rgb,
     },
+    /// Diffuse base under a smooth dielectric coat.
+    Plastic {
+        /// Refractive index of the coat.
+        int_ior: f32,
+        /// Refractive index outside.
+        ext_ior: f32,
+        /// Reflectance ρ of the base in \[0, 1\].
+        diffuse_reflectance: Rgb,
+        /// Factor on the mirror reflection (1 is physical).
+        specular_reflectance: Rgb,
+        /// Reflections inside the coat shift the colour of the base.
+        nonlinear: bool,
+    },
     /// Two one-sided opaque models; the back one sees the flipped frame.
     TwoSided {
         /// Seen from the normal's side.

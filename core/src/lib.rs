@@ -21,6 +21,7 @@ pub mod random;
 pub mod scene;
 pub mod sensor;
 pub mod texture;
+pub mod walk;
 
 pub use color::Rgb;
 /// Vectors of the public items, re-exported so that a plug-in need not name their version.

@@ -45,7 +45,7 @@ fn delta(bsdf: &Bsdf, table: &[DeltaRow]) {
             assert!(s.wi.distance(row.2.into()) < 1e-5, "{} in {row:?}", s.wi);
             assert_rgb(s.weight, weight, 1e-5, row);
             assert!((s.eta - row.6).abs() < 1e-6, "{s:?} in {row:?}");
-            let ScatterPdf::Delta(mass) = s.pdf else { panic!("a density in {row:?}") };
+            let ScatterPdf::Specular(_, mass) = s.pdf else { panic!("a density in {row:?}") };
             // Mitsuba's Fresnel equations run in f32.
             assert!((mass.value() - f64::from(row.5)).abs() < 1e-5, "{mass:?} in {row:?}");
         }

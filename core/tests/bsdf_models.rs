@@ -73,6 +73,24 @@ pub fn two_sided(front: MaterialKind, back: MaterialKind) -> MaterialKind {
     MaterialKind::TwoSided { front: Box::new(front), back: Box::new(back) }
 }
 
+/// Models with a specular and a non-specular component on one side.
+pub fn mixed() -> Vec<(&'static str, Bsdf)> {
+    let plastic = |int_ior, nonlinear| MaterialKind::Plastic {
+        int_ior,
+        ext_ior: 1.0,
+        diffuse_reflectance: Rgb::new(0.2, 0.5, 0.9),
+        specular_reflectance: Rgb::new(1.0, 0.8, 0.9),
+        nonlinear,
+    };
+    [
+        ("plastic", plastic(1.5, false)),
+        ("plastic nonlinear", plastic(1.9, true)),
+        ("plastic twosided", two_sided(plastic(1.3, false), conductor(Rgb::WHITE))),
+    ]
+    .map(|(name, kind)| (name, build(&kind)))
+    .into()
+}
+
 /// Models with lobes that spread.
 pub fn spreading() -> Vec<(&'static str, Bsdf)> {
     [

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{Component, Event, TransportMode};
 use pathspace_core::description::*;
 use pathspace_core::math::Ray;
 use pathspace_core::scene::SurfacePoint;
@@ -81,10 +81,17 @@ fn share(
 ) -> f64 {
     let x1 = at.extend(0.0);
     let (wo, wi) = ((from - x1).normalize().as_vec3(), (to - x1).normalize().as_vec3());
-    let (density, _) = scene.scatter_event(point, wo, wi, mode).expect("the delta event");
+    let (density, _) =
+        scene.scatter_event(point, wo, wi, mode, event(wo, wi)).expect("the specular event");
     let d = to - x1;
     let cos = d.normalize().z.abs();
     density.value() * cos / d.length_squared() * jacobian(from, at, to.z, from.z * to.z < 0.0)
+}
+
+/// Reflection or refraction at the plane.
+fn event(wo: Vec3, wi: Vec3) -> Event {
+    let same = wo.z * wi.z > 0.0;
+    Event::Specular(if same { Component::REFLECTION } else { Component::TRANSMISSION })
 }
 
 fn check(kind: MaterialKind, transmit: bool, from_below: bool) {
@@ -145,12 +152,12 @@ fn value_and_density_make_the_weight_of_both_walks() {
                 let from = Vec3::new(0.3, 0.2 - 0.1 * i as f32, side).normalize();
                 let s = scene.sample_scatter(&point, from, mode, lobe, [0.5, 0.5]).unwrap();
                 let (density, survival) =
-                    scene.scatter_event(&point, from, s.direction, mode).unwrap();
+                    scene.scatter_event(&point, from, s.direction, mode, s.event).unwrap();
                 let (light, sensor) = match mode {
                     TransportMode::Radiance => (s.direction, from),
                     TransportMode::Importance => (from, s.direction),
                 };
-                let value = scene.scatter_value(&point, light, sensor);
+                let value = scene.scatter_value(&point, light, sensor, s.event);
                 let cos = point.n_g.dot(s.direction).abs() as f64;
                 let weight = value.g as f64 * cos / density.value();
                 assert!((weight / s.weight.g as f64 - 1.0).abs() < 1e-4, "{mode:?} {side} {lobe}");

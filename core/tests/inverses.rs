@@ -1,7 +1,7 @@
 //! Inverses of samplers: from the outcome to numbers that make it again.
 
 use glam::{DVec3, Vec3};
-use pathspace_core::bsdf::{Bsdf, TransportMode};
+use pathspace_core::bsdf::{Bsdf, Component, Event, TransportMode};
 use pathspace_core::path::Vertex;
 use pathspace_core::random::{Address, PrimarySample, RandomStream, coordinate_between};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -59,7 +59,7 @@ fn numbers_of_a_lobe_that_spreads_come_back() {
                 direction(2.0 * u.next() as f64 - 1.0, std::f64::consts::TAU * u.next() as f64);
             let (lobe, number) = (u.next(), u.next2());
             let Some(s) = bsdf.sample(wo, lobe, number, TransportMode::Radiance) else { continue };
-            let [lobe, a, b] = bsdf.invert(wo, s.wi, &mut u).unwrap();
+            let [lobe, a, b] = bsdf.invert(wo, s.wi, s.event(), &mut u).unwrap();
             lobes.add(lobe);
             let again = bsdf.sample(wo, lobe, [a, b], TransportMode::Radiance);
             let missed = again.map_or(2.0, |again| again.wi.distance(s.wi));
@@ -86,12 +86,12 @@ fn numbers_of_a_delta_lobe_are_drawn_from_those_that_choose_it() {
                 let Some(s) = bsdf.sample(wo, lobe, number, TransportMode::Radiance) else {
                     continue;
                 };
-                let [lobe, a, b] = bsdf.invert(wo, s.wi, &mut u).unwrap();
+                let [lobe, a, b] = bsdf.invert(wo, s.wi, s.event(), &mut u).unwrap();
                 for (uniform, u) in numbers.iter_mut().zip([lobe, a, b]) {
                     uniform.add(u);
                 }
                 let again = bsdf.sample(wo, lobe, [a, b], TransportMode::Radiance).unwrap();
-                assert_eq!((again.wi, again.event), (s.wi, s.event), "{name} {cos}");
+                assert_eq!((again.wi, again.event()), (s.wi, s.event()), "{name} {cos}");
             }
             if numbers[0].counts.iter().sum::<f64>() > 0.0 {
                 numbers.iter().for_each(Uniform::assert);
@@ -107,13 +107,16 @@ fn nothing_is_inverted_that_is_never_sampled() {
     let glass = models::build(&models::dielectric(1.0, 1.5));
     // Beyond the critical angle nothing is refracted; without a boundary nothing is reflected.
     let flat = direction(0.2, 0.0);
-    assert_eq!(glass.invert(flat, behind, &mut u), None);
-    assert!(glass.invert(flat, direction(0.2, 3.0), &mut u).is_some());
+    let specular = Event::Specular;
+    let (reflection, transmission) = (Component::REFLECTION, Component::TRANSMISSION);
+    assert_eq!(glass.invert(flat, behind, specular(transmission), &mut u), None);
+    assert!(glass.invert(flat, direction(0.2, 3.0), specular(reflection), &mut u).is_some());
+    assert_eq!(glass.invert(flat, behind, Event::NonSpecular, &mut u), None);
     let matched = models::build(&models::dielectric(1.3, 1.3));
-    assert_eq!(matched.invert(front, front, &mut u), None);
-    assert_eq!(Bsdf::Null.invert(front, front, &mut u), None);
+    assert_eq!(matched.invert(front, front, specular(reflection), &mut u), None);
+    assert_eq!(Bsdf::Null.invert(front, front, specular(transmission), &mut u), None);
     for (name, bsdf) in models::spreading() {
-        assert_eq!(bsdf.invert(front, behind, &mut u), None, "{name}");
+        assert_eq!(bsdf.invert(front, behind, Event::NonSpecular, &mut u), None, "{name}");
     }
 }
 

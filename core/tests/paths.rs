@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{Component, Event, TransportMode};
 use pathspace_core::description::*;
 use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::Families;
@@ -128,7 +128,7 @@ fn start(scene: &Scene, emitter: u32) -> Vertex {
 fn long_path(scene: &Scene, emitter: u32) -> Path {
     let floor = surface(scene, FLOOR, DVec3::Z, DIFFUSE);
     let wall = surface(scene, WALL, DVec3::X, DIFFUSE);
-    Path { vertices: vec![start(scene, emitter), floor, wall, lens(scene)] }
+    Path::non_specular(vec![start(scene, emitter), floor, wall, lens(scene)])
 }
 
 /// (|cos| at a, |cos| at b, squared distance) for points and normals.
@@ -255,8 +255,8 @@ fn contribution_is_emission_geometry_scattering_and_importance() {
 fn light_seen_directly_is_emission_times_geometry_times_importance() {
     let scene = scene(0.0);
     let n = (EYE - LAMP).normalize();
-    let path =
-        Path { vertices: vec![surface(&scene, LAMP + LAMP_RADIUS * n, n, DIFFUSE), lens(&scene)] };
+    let lamp = surface(&scene, LAMP + LAMP_RADIUS * n, n, DIFFUSE);
+    let path = Path::non_specular(vec![lamp, lens(&scene)]);
     let x0 = path.vertices[0].position().unwrap().as_dvec3();
     let eye = scene.sensor().position().as_dvec3();
     let (c0, e, d2) = between((x0, n), (eye, DVec3::NEG_X));
@@ -326,7 +326,12 @@ fn techniques_need_ends_that_spread_and_starts_that_can_be_hit() {
                     });
                 }
                 vertices.push(lens(&scene));
-                let path = Path { vertices };
+                let mut path = Path::non_specular(vertices);
+                for (event, spreads) in path.events[1..].iter_mut().zip(&spreads) {
+                    if !spreads {
+                        *event = Event::Specular(Component::REFLECTION);
+                    }
+                }
                 let k = inner + 1;
                 let rules = WalkRules { max_length: Some(k as u32), rr_depth: 5 };
                 let mut expected = Families::MERGE.when(spreads.iter().any(|s| *s));
@@ -392,7 +397,7 @@ fn a_start_that_emits_nothing_is_never_hit() {
     assert!(!samplable(&scene, &path, Technique::new(0, 4), &rules));
     assert_eq!(ln_density(&scene, &path, Technique::new(2, 2), &rules), None);
     assert_eq!(contribution(&scene, &path), [0.0; 3]);
-    let alone = Path { vertices: vec![lens(&scene)] };
+    let alone = Path::non_specular(vec![lens(&scene)]);
     assert!(!samplable(&scene, &alone, Technique::new(0, 1), &rules));
 }
 

@@ -3,6 +3,7 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use pathspace_core::bsdf::Event;
 use pathspace_core::bsdf::TransportMode::{self, Importance, Radiance};
 use pathspace_core::description::MaterialKind;
 use pathspace_core::math::{Frame, Ray};
@@ -84,7 +85,7 @@ fn a_diffuse_vertex_is_what_its_formulas_say() {
             let (on, back) =
                 if mode == Radiance { (by_sensor, by_light) } else { (by_light, by_sensor) };
             near(scene.scatter(&point, l, c).b, f);
-            near(scene.scatter_value(&point, l, c).b, f);
+            near(scene.scatter_value(&point, l, c, Event::NonSpecular).b, f);
             let one = scene.evaluate_scatter(&point, from, to, mode).unwrap();
             near(one.value.b, f);
             near(one.pdf.value() as f32, forward);
@@ -95,7 +96,8 @@ fn a_diffuse_vertex_is_what_its_formulas_say() {
             near(two.backward.value() as f32, backward);
             near(two.survival_forward.value() as f32, on);
             near(two.survival_backward.value() as f32, back);
-            let (pdf, survival) = scene.scatter_event(&point, from, to, mode).unwrap();
+            let (pdf, survival) =
+                scene.scatter_event(&point, from, to, mode, Event::NonSpecular).unwrap();
             near(pdf.value() as f32, forward);
             near(survival.value() as f32, on);
         }
@@ -121,7 +123,7 @@ fn sampled_and_evaluated_steps_agree() {
                     continue;
                 }
                 seen += 1;
-                assert!(!s.delta && s.survival.value() <= 0.95);
+                assert!(!s.event.is_specular() && s.survival.value() <= 0.95);
                 let one = scene.evaluate_scatter(&point, from, s.direction, mode).unwrap();
                 let pdf = s.pdf.value();
                 assert!((one.pdf.value() / pdf - 1.0).abs() < 1e-3, "{i} {mode:?}");
@@ -153,7 +155,7 @@ fn nothing_is_scattered_through_an_opaque_surface() {
         assert!(scene.scatter(&point, above, below).is_black());
         assert!(scene.evaluate_scatter(&point, above, below, mode).is_none());
         assert!(scene.connect_scatter(&point, above, below, mode).is_none());
-        assert!(scene.scatter_event(&point, above, below, mode).is_none());
+        assert!(scene.scatter_event(&point, above, below, mode, Event::NonSpecular).is_none());
     }
 }
 
@@ -180,9 +182,10 @@ fn roulette_does_not_see_the_compression_of_radiance() {
                 // n² of the side it leaves to over n² of the side it came from; radiance is divided by it.
                 let n2 =
                     if !through || mode == Importance { 1.0 } else { 1.7_f32.powf(2.0 * side) };
-                assert!(s.delta);
+                assert!(s.event.is_specular());
                 near(s.survival.value() as f32, s.weight.r * n2);
-                let (pdf, survival) = scene.scatter_event(&point, from, s.direction, mode).unwrap();
+                let (pdf, survival) =
+                    scene.scatter_event(&point, from, s.direction, mode, s.event).unwrap();
                 near(survival.value() as f32, s.weight.r * n2);
                 near(pdf.value() as f32, s.pdf.value() as f32);
                 assert!(survival.value() < 0.94);

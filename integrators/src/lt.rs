@@ -1,6 +1,6 @@
 //! Light tracing (Arvo 1986; Dutré et al. 1993): technique t = 1 for every s.
 //!
-//! The light subpath x₀, x₁, … is sampled vertex by vertex and every vertex that spreads light is connected to a point of
+//! The light subpath x₀, x₁, … is sampled vertex by vertex and every vertex with a non-specular component is connected to a point of
 //! the lens. What is seen directly in or through a smooth mirror or glass has no such technique: those
 //! parts of the image stay black, and comparisons leave them out ([`Families`]).
 
@@ -9,14 +9,14 @@ use std::sync::Arc;
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::color::Rgb;
-use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::measure::{Edge, Mass};
-use pathspace_core::path::{Origin, Vertex, WalkClass, WalkRules};
+use pathspace_core::measure::Edge;
+use pathspace_core::path::{Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
+use pathspace_core::walk::{OpenEdge, emission_numbers, scatter};
 
 use crate::spec::{Defaults, Spec, SpecError};
 use crate::trace::Trace;
@@ -77,102 +77,92 @@ impl PathEstimator for LightTracer {
         sink: &mut S,
     ) {
         u.stream(Stream::Light);
-        let (pick, position, direction) = (u.next(), u.next2(), u.next2());
+        let (pick, position, direction) = emission_numbers(u);
         let Some(emission) = scene.sample_emission(pick, position, direction) else { return };
         let mut trace = Trace::default();
         trace.push::<S>(|| emission.vertex, || emission.pdf.value());
-        let mut walk = Walk {
-            scene,
-            sink,
-            emitter: emission.emitter,
-            origin: scene.emitters().get(emission.emitter).into(),
-            class: WalkClass::default(),
-            trace,
-        };
+        let origin = scene.emitters().get(emission.emitter).into();
+        let mut film = ToFilm { scene, sink, emitter: emission.emitter };
         if !self.rules.allows(1) {
             return;
         }
-        if !walk.origin.delta {
-            let lens = walk.lens(u);
+        let (mut class, mode) = (WalkClass::default(), TransportMode::Importance);
+        let families = |class: WalkClass| class.families(mode, origin, scene.sensor().is_pinhole());
+        // x₀ itself, seen directly; a delta emitter has no image.
+        if !origin.delta {
+            let lens = lens_numbers(scene, u);
             let alpha = emission.radiance * (1.0 / emission.pdf.value()) as f32;
-            walk.connect(&emission.vertex, 1, lens, |d| {
+            film.connect(&trace, &emission.vertex, (1, lens), families(class), |d| {
                 // Emission of a surface is one-sided.
                 let emitted = scene.emitted_from(&emission.vertex, d);
                 if emitted.is_black() { Rgb::BLACK } else { alpha }
             });
         }
         // G/p(x₁|x₀) = |cos θ₀|/p_σ, or 1/p_⊥ for a beam.
-        let mut throughput = emission.throughput();
-        let mut ray = emission.ray;
+        let throughput = emission.throughput();
+        let mut edge = OpenEdge { ray: emission.ray, throughput, next: emission.next };
         let mut before = emission.vertex;
-        let mut next = emission.next;
         for index in 1.. {
-            if throughput.is_black() || !self.rules.allows(index + 1) {
+            if edge.throughput.is_black() || !self.rules.allows(index + 1) {
                 return;
             }
-            let Some(point) = scene.intersect(&ray) else { return };
-            let vertex = Vertex::Surface(point);
-            let delta = scene.is_delta_at(&point, -ray.d);
-            walk.class.push(!delta);
-            walk.trace.push::<S>(
+            let Some(point) = scene.intersect(&edge.ray) else { return };
+            let (vertex, from) = (Vertex::Surface(point), -edge.ray.d);
+            trace.push::<S>(
                 || vertex,
-                || next.to_area(&Edge::new(&before.end(), &vertex.end())).value(),
+                || edge.next.to_area(&Edge::new(&before.end(), &vertex.end())).value(),
             );
-            let lens = walk.lens(u);
-            if !delta {
-                walk.connect(&vertex, index + 1, lens, |d| {
-                    scene.scatter(&point, -ray.d, d) * throughput
+            let lens = lens_numbers(scene, u);
+            if scene.is_connectible(&point, from) {
+                let mut class = class;
+                class.push(true);
+                film.connect(&trace, &vertex, (index + 1, lens), families(class), |d| {
+                    scene.scatter(&point, from, d) * edge.throughput
                 });
             }
-            let (lobe, direction) = (u.next(), u.next2());
-            let mode = TransportMode::Importance;
-            let Some(sample) = scene.sample_scatter(&point, -ray.d, mode, lobe, direction) else {
+            let plays = index >= self.rules.rr_depth as usize;
+            let Some((next, event)) = scatter(scene, &point, from, edge.throughput, mode, plays, u)
+                .map(|(next, sample)| (next, sample.event))
+            else {
                 return;
             };
-            let roulette = index >= self.rules.rr_depth as usize;
-            let q = if roulette { sample.survival } else { Mass::ONE };
-            if roulette && u.next() as f64 >= q.value() {
-                return;
-            }
-            throughput *= sample.weight * (1.0 / q.value()) as f32;
+            trace.scatter::<S>(event);
+            class.push(!event.is_specular());
             before = vertex;
-            next = NextDensity::Direction(sample.pdf * q);
-            ray = point.spawn(sample.direction);
+            edge = next;
         }
     }
 }
 
-/// The light subpath so far.
-struct Walk<'a, S> {
+/// Numbers for a point of the lens, none for a pinhole.
+#[inline]
+fn lens_numbers<U: PrimarySample>(scene: &Scene, u: &mut U) -> [f32; 2] {
+    if scene.sensor().is_pinhole() {
+        return [0.0; 2];
+    }
+    u.stream(Stream::Lens);
+    let on_lens = u.next2();
+    u.stream(Stream::Light);
+    on_lens
+}
+
+/// Connections of one light subpath to the lens.
+struct ToFilm<'a, S> {
     scene: &'a Scene,
     sink: &'a mut S,
     emitter: u32,
-    origin: Origin,
-    class: WalkClass,
-    trace: Trace,
 }
 
-impl<S: Sink> Walk<'_, S> {
-    /// Numbers for a point of the lens, none for a pinhole.
-    #[inline]
-    fn lens<U: PrimarySample>(&self, u: &mut U) -> [f32; 2] {
-        if self.scene.sensor().is_pinhole() {
-            return [0.0; 2];
-        }
-        u.stream(Stream::Lens);
-        let on_lens = u.next2();
-        u.stream(Stream::Light);
-        on_lens
-    }
-
-    /// Technique (s, 1): connects the last vertex to the lens. `scattered` gives throughput times what the vertex sends in
+impl<S: Sink> ToFilm<'_, S> {
+    /// Technique (s, 1): connects `vertex` to the point of the lens by its numbers. `scattered` gives throughput times what the vertex sends in
     /// unit direction d.
     #[inline]
     fn connect(
         &mut self,
+        trace: &Trace,
         vertex: &Vertex,
-        s: usize,
-        lens: [f32; 2],
+        (s, lens): (usize, [f32; 2]),
+        families: Families,
         scattered: impl FnOnce(glam::Vec3) -> Rgb,
     ) {
         let scene = self.scene;
@@ -182,23 +172,14 @@ impl<S: Sink> Walk<'_, S> {
         let edge = vertex.edge_to(&on_lens);
         let into_scene = -edge.direction();
         let Some(film) = sensor.film_position(p, into_scene) else { return };
-        let importance = sensor.importance(into_scene);
-        let factor = edge.geometry_term() * importance / pdf.value();
+        let factor = edge.geometry_term() * sensor.importance(into_scene) / pdf.value();
         let value = scattered(edge.direction()) * factor as f32;
         if value.is_black() || !scene.visible(vertex, &on_lens) {
             return;
         }
-        let pinhole = sensor.is_pinhole();
-        let mode = TransportMode::Importance;
-        let contribution = Contribution {
-            film,
-            value,
-            weight: 1.0,
-            s: s as u16,
-            t: 1,
-            emitter: self.emitter,
-            families: self.class.families(mode, self.origin, pinhole),
-        };
-        self.trace.emit(self.sink, contribution, false, || (Some(on_lens), pdf.value()));
+        let (s, t, emitter) = (s as u16, 1, self.emitter);
+        let contribution =
+            Contribution { s, t, emitter, families, ..Contribution::new(film, value) };
+        trace.emit(self.sink, contribution, false, || (on_lens, pdf.value()));
     }
 }

@@ -8,19 +8,19 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::color::Rgb;
+use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::measure::{Density, Edge, End, Mass, SolidAngle};
+use pathspace_core::measure::{Edge, End, Mass};
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
-use pathspace_core::scene::SurfacePoint;
+use pathspace_core::walk::{OpenEdge, next_event_numbers, scatter};
 
 use crate::spec::{Defaults, Options, Spec, SpecError};
 use crate::trace::Trace;
@@ -95,16 +95,6 @@ impl Integrator for PathTracer {
     }
 }
 
-/// How the walk came to its current vertex.
-struct Arrival {
-    /// Position of the vertex before, where x₀ would have been sampled for.
-    reference: Vec3,
-    /// Density of the direction, roulette included.
-    pdf: Density<SolidAngle>,
-    /// True where next-event estimation could not have made this path: camera edge or delta vertex.
-    only_hit: bool,
-}
-
 impl PathEstimator for PathTracer {
     fn estimate<U: PrimarySample, S: Sink>(
         &self,
@@ -116,178 +106,105 @@ impl PathEstimator for PathTracer {
         if !self.rules.allows(1) {
             return;
         }
-        let sensor = scene.sensor();
+        let (sensor, emitters, mode) = (scene.sensor(), scene.emitters(), TransportMode::Radiance);
         let on_film = u.next2();
         let on_lens = if sensor.is_pinhole() { [0.0; 2] } else { u.next2() };
         let sample = sensor.sample(pixel, on_film, on_lens);
+        let first = NextDensity::Direction(sensor.pdf_direction(sample.ray.d));
+        let mut edge = OpenEdge { ray: sample.ray, throughput: Rgb::WHITE, next: first };
         let mut trace = Trace::default();
         trace.push::<S>(|| sample.vertex, || sensor.pdf_vertex().value());
-        let mut walk = Walk {
-            tracer: self,
-            scene,
-            sink,
-            film: sample.film,
-            class: WalkClass::default(),
-            throughput: Rgb::WHITE,
-            trace,
+        // The events so far; where the edge starts, as next-event estimation sees it; whether that could have made the same path.
+        let mut class = WalkClass::default();
+        let mut before = End::Point { p: sample.ray.o };
+        let mut two_techniques = false;
+        let contribution = |value: Rgb, weight: f64, s, length, emitter, class: &WalkClass| {
+            let origin = emitters.get(emitter).into();
+            Contribution {
+                weight: weight as f32,
+                s,
+                t: (length + 1) as u16,
+                emitter,
+                families: class.families(mode, origin, sensor.is_pinhole()),
+                ..Contribution::new(sample.film, value * weight as f32)
+            }
         };
-        let mut ray = sample.ray;
-        let mut arrival =
-            Arrival { reference: ray.o, pdf: sensor.pdf_direction(ray.d), only_hit: true };
         for length in 1.. {
-            let hit = scene.intersect(&ray);
-            walk.hit_emitter(hit.as_ref(), ray.d, length, &arrival);
+            // s = 0: the edge ends on an emitter, or leaves the scene for the environment.
+            let hit = scene.intersect(&edge.ray);
+            let (x0, radiance) = match &hit {
+                Some(point) => (Some(Vertex::Surface(*point)), scene.emitted(point, -edge.ray.d)),
+                None => scene.background(edge.ray.d),
+            };
+            if let Some(x0) = x0.filter(|_| !radiance.is_black())
+                && let Some(emitter) = x0.emitter()
+            {
+                let hit_pdf = edge.next.to_area(&Edge::new(&before, &x0.end())).value();
+                let weight = match before {
+                    End::Point { p } if two_techniques => {
+                        self.heuristic.weight2(hit_pdf, scene.pdf_direct(p, &x0).value())
+                    }
+                    _ => 1.0,
+                };
+                let value = radiance * edge.throughput;
+                let c = contribution(value, weight, 0, length, emitter, &class);
+                trace.emit(sink, c, true, || (x0, hit_pdf));
+            }
             let Some(point) = hit else { return };
             if !self.rules.allows(length + 1) {
                 return;
             }
-            let delta = scene.is_delta_at(&point, -ray.d);
-            walk.advance(&point, delta, &arrival);
-            // Numbers are drawn whether or not they are used, so that each dimension keeps its meaning.
+            let from = -edge.ray.d;
+            trace.push::<S>(
+                || Vertex::Surface(point),
+                || edge.next.to_area(&Edge::new(&before, &point.end())).value(),
+            );
+            let plays = length >= self.rules.rr_depth as usize;
+            // s = 1: x₀ is sampled on an emitter and connected. Numbers are drawn whether or not they are used, so that each keeps its meaning.
             if self.nee {
                 u.stream(Stream::Connection);
-                let (pick, on_emitter) = (u.next(), u.next2());
+                let (pick, on_emitter) = next_event_numbers(u);
                 u.stream(Stream::Sensor);
-                if !delta {
-                    walk.next_event(&point, -ray.d, length, pick, on_emitter);
+                if scene.is_connectible(&point, from)
+                    && let Some(direct) = scene.sample_direct(point.p, pick, on_emitter)
+                {
+                    let to_x0 = Edge::new(&point.end(), &direct.vertex.end());
+                    if let Some(f) = scene.evaluate_scatter(&point, from, to_x0.direction(), mode) {
+                        let value = edge.throughput
+                            * f.value
+                            * direct.radiance
+                            * (to_x0.geometry_term() / direct.pdf.value()) as f32;
+                        let vertex = Vertex::Surface(point);
+                        if !value.is_black() && scene.visible(&vertex, &direct.vertex) {
+                            let q = if plays { f.survival } else { Mass::ONE };
+                            let weight = if emitters.get(direct.emitter).is_delta() {
+                                1.0
+                            } else {
+                                let hit_pdf = to_x0.to_area(f.pdf * q).value();
+                                self.heuristic.weight2(direct.pdf.value(), hit_pdf)
+                            };
+                            let mut class = class;
+                            class.push(true);
+                            let c = contribution(value, weight, 1, length, direct.emitter, &class);
+                            trace.emit(sink, c, true, || (direct.vertex, direct.pdf.value()));
+                        }
+                    }
                 }
             }
-            let (lobe, direction) = (u.next(), u.next2());
-            let mode = TransportMode::Radiance;
-            let Some(next) = scene.sample_scatter(&point, -ray.d, mode, lobe, direction) else {
+            // The next edge. Roulette is part of its density: the weights know it.
+            let Some((next, event)) = scatter(scene, &point, from, edge.throughput, mode, plays, u)
+                .map(|(next, sample)| (next, sample.event))
+            else {
                 return;
             };
-            let q = self.survival(length, next.survival);
-            if length >= self.rules.rr_depth as usize && u.next() as f64 >= q.value() {
+            if next.throughput.is_black() {
                 return;
             }
-            walk.throughput *= next.weight * (1.0 / q.value()) as f32;
-            if walk.throughput.is_black() {
-                return;
-            }
-            arrival =
-                Arrival { reference: point.p, pdf: next.pdf * q, only_hit: delta || !self.nee };
-            ray = point.spawn(next.direction);
-        }
-    }
-}
-
-impl PathTracer {
-    /// Probability to go on at vertex `index` of the sensor subpath.
-    #[inline]
-    fn survival(&self, index: usize, survival: Mass) -> Mass {
-        if index >= self.rules.rr_depth as usize { survival } else { Mass::ONE }
-    }
-}
-
-/// The sensor subpath so far.
-struct Walk<'a, S> {
-    tracer: &'a PathTracer,
-    scene: &'a Scene,
-    sink: &'a mut S,
-    film: glam::Vec2,
-    class: WalkClass,
-    throughput: Rgb,
-    trace: Trace,
-}
-
-impl<S: Sink> Walk<'_, S> {
-    /// Technique s = 0: the last edge ends on an emitter.
-    #[inline]
-    fn hit_emitter(
-        &mut self,
-        hit: Option<&SurfacePoint>,
-        d: Vec3,
-        length: usize,
-        arrival: &Arrival,
-    ) {
-        let scene = self.scene;
-        let (radiance, emitter) = match hit {
-            Some(point) => (scene.emitted(point, -d), point.emitter()),
-            None => (scene.emitters().background_radiance(d), scene.emitters().background()),
-        };
-        let Some(emitter) = emitter.filter(|_| !radiance.is_black()) else { return };
-        let vertex = match hit {
-            Some(point) => Vertex::Surface(*point),
-            None => Vertex::InfiniteEmitter { emitter, to: d },
-        };
-        let to_vertex = Edge::new(&End::Point { p: arrival.reference }, &vertex.end());
-        let hit_pdf = to_vertex.to_area(arrival.pdf);
-        let weight = if arrival.only_hit {
-            1.0
-        } else {
-            let direct = scene.pdf_direct(arrival.reference, &vertex);
-            self.tracer.heuristic.weight2(hit_pdf.value(), direct.value())
-        };
-        let contribution =
-            self.contribution(radiance * self.throughput, weight, (0, length + 1), emitter);
-        self.trace.emit(self.sink, contribution, true, || {
-            // Roulette is in the trace already.
-            (Some(vertex), to_vertex.to_area(arrival.pdf).value())
-        });
-    }
-
-    /// Adds the surface vertex that the walk arrived at.
-    #[inline]
-    fn advance(&mut self, point: &SurfacePoint, delta: bool, arrival: &Arrival) {
-        self.class.push(!delta);
-        let edge = || Edge::new(&End::Point { p: arrival.reference }, &point.end());
-        self.trace.push::<S>(|| Vertex::Surface(*point), || edge().to_area(arrival.pdf).value());
-    }
-
-    /// Technique s = 1: x₀ is sampled on an emitter and connected to the current vertex.
-    #[inline]
-    fn next_event(
-        &mut self,
-        point: &SurfacePoint,
-        to_sensor: Vec3,
-        length: usize,
-        pick: f32,
-        u: [f32; 2],
-    ) {
-        let scene = self.scene;
-        let Some(direct) = scene.sample_direct(point.p, pick, u) else { return };
-        let edge = Edge::new(&point.end(), &direct.vertex.end());
-        let mode = TransportMode::Radiance;
-        let Some(scatter) = scene.evaluate_scatter(point, to_sensor, edge.direction(), mode) else {
-            return;
-        };
-        let value = self.throughput
-            * scatter.value
-            * direct.radiance
-            * (edge.geometry_term() / direct.pdf.value()) as f32;
-        if value.is_black() || !scene.visible(&Vertex::Surface(*point), &direct.vertex) {
-            return;
-        }
-        let weight = if scene.emitters().get(direct.emitter).is_delta() {
-            1.0
-        } else {
-            let hit = edge.to_area(scatter.pdf * self.tracer.survival(length, scatter.survival));
-            self.tracer.heuristic.weight2(direct.pdf.value(), hit.value())
-        };
-        let contribution = self.contribution(value, weight, (1, length + 1), direct.emitter);
-        let pdf = direct.pdf.value();
-        self.trace.emit(self.sink, contribution, true, || (Some(direct.vertex), pdf));
-    }
-
-    #[inline]
-    fn contribution(
-        &self,
-        value: Rgb,
-        weight: f64,
-        (s, t): (usize, usize),
-        emitter: u32,
-    ) -> Contribution {
-        let origin = self.scene.emitters().get(emitter).into();
-        let pinhole = self.scene.sensor().is_pinhole();
-        Contribution {
-            film: self.film,
-            value: value * weight as f32,
-            weight: weight as f32,
-            s: s as u16,
-            t: t as u16,
-            emitter,
-            families: self.class.families(TransportMode::Radiance, origin, pinhole),
+            trace.scatter::<S>(event);
+            class.push(!event.is_specular());
+            two_techniques = self.nee && !event.is_specular();
+            before = End::Point { p: point.p };
+            edge = next;
         }
     }
 }

@@ -5,8 +5,7 @@ use std::str::FromStr;
 
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::WalkRules;
-
-use crate::bdpt::TechniqueSet;
+use pathspace_core::walk::TechniqueSet;
 
 /// Name of an integrator with its options, as on the command line: `NAME[:key=value,…]`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,12 +1,13 @@
 //! Bookkeeping of whole paths, done only for sinks that record them.
 
+use pathspace_core::bsdf::Event;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::path::{Path, PathRecord, Technique, Vertex};
 
 /// Vertices of a subpath in walk order and ln of its density by the integrator's own numbers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trace {
-    vertices: Vec<Vertex>,
+    path: Path,
     ln_pdf: f64,
 }
 
@@ -18,8 +19,18 @@ impl Trace {
         pdf: impl FnOnce() -> f64,
     ) {
         if S::RECORDS_PATHS {
-            self.vertices.push(vertex());
+            self.path.vertices.push(vertex());
+            self.path.events.push(Event::NonSpecular);
             self.ln_pdf += pdf().ln();
+        }
+    }
+
+    /// Says what happened at the last vertex.
+    pub(crate) fn scatter<S: Sink>(&mut self, event: Event) {
+        if S::RECORDS_PATHS
+            && let Some(last) = self.path.events.last_mut()
+        {
+            *last = event;
         }
     }
 
@@ -30,18 +41,20 @@ impl Trace {
         sink: &mut S,
         contribution: Contribution,
         from_sensor: bool,
-        rest: impl FnOnce() -> (Option<Vertex>, f64),
+        rest: impl FnOnce() -> (Vertex, f64),
     ) {
         sink.add(contribution);
         if S::RECORDS_PATHS {
             let (last, pdf) = rest();
-            let mut vertices = self.vertices.clone();
-            vertices.extend(last);
+            let mut path = self.path.clone();
+            path.vertices.push(last);
+            path.events.push(Event::NonSpecular);
             if from_sensor {
-                vertices.reverse();
+                path.vertices.reverse();
+                path.events.reverse();
             }
             sink.record(PathRecord {
-                path: Path { vertices },
+                path,
                 technique: Technique::new(contribution.s as usize, contribution.t as usize),
                 ln_pdf: self.ln_pdf + pdf.ln(),
                 weight: contribution.weight as f64,

@@ -8,6 +8,7 @@ mod exact;
 mod extremes;
 mod faint;
 mod hard;
+mod mixed;
 mod mlt;
 mod models;
 mod oracle;

@@ -146,8 +146,74 @@ pub fn lamp_in_a_shell() -> SceneDescription {
     b.finish()
 }
 
+fn plastic(rho: Rgb, nonlinear: bool) -> MaterialKind {
+    MaterialKind::Plastic {
+        int_ior: 1.5,
+        ext_ior: 1.0,
+        diffuse_reflectance: rho,
+        specular_reflectance: Rgb::new(1.0, 0.9, 0.8),
+        nonlinear,
+    }
+}
+
+/// Plastic floor and ball in a room, a lamp that both mirror.
+pub fn glazed_room() -> SceneDescription {
+    let mut b = SceneBuilder::new(32);
+    room(&mut b);
+    let floor = b.material(MaterialKind::TwoSided {
+        front: Box::new(plastic(Rgb::new(0.2, 0.5, 0.3), false)),
+        back: Box::new(mirror()),
+    });
+    let ball = b.material(plastic(Rgb::new(0.6, 0.2, 0.1), true));
+    let black = b.diffuse(0.0);
+    b.rectangle(v(-0.9, -0.9, -0.9), v(1.8, 0.0, 0.0), v(0.0, 1.8, 0.0), floor);
+    b.sphere(v(0.2, 0.0, -0.4), 0.4, ball);
+    b.rectangle(v(-0.4, -0.4, 0.98), v(0.0, 0.8, 0.0), v(0.8, 0.0, 0.0), black).emission =
+        Some(Rgb::new(5.0, 4.0, 3.0));
+    b.look_at(v(0.0, -2.8, 0.0), v(0.0, 0.0, 0.0), DVec3::Z, 40.0);
+    b.finish()
+}
+
+/// A point light over glass and a plastic floor: caustics on a surface with a coat, and mirrored by it.
+pub fn glazed_caustic() -> SceneDescription {
+    let mut b = SceneBuilder::new(32);
+    let floor = b.material(plastic(Rgb::grey(0.6), false));
+    let wall = b.material(plastic(Rgb::new(0.3, 0.3, 0.7), true));
+    let glass = b.glass(1.5);
+    b.rectangle(v(-2.0, -2.0, 0.0), v(4.0, 0.0, 0.0), v(0.0, 4.0, 0.0), floor);
+    b.rectangle(v(-2.0, 1.0, 0.0), v(4.0, 0.0, 0.0), v(0.0, 0.0, 2.0), wall);
+    b.sphere(v(0.0, 0.0, 0.6), 0.5, glass);
+    b.emitter(EmitterDescription::Point {
+        position: v(-0.8, -0.4, 2.5),
+        intensity: Rgb::grey(4.0),
+    });
+    b.look_at(v(1.0, -4.0, 2.0), v(0.0, 0.0, 0.4), DVec3::Z, 40.0);
+    b.finish()
+}
+
+/// Plastic with shading normals under a sky and a sun, through a lens.
+pub fn glazed_air() -> SceneDescription {
+    let mut b = SceneBuilder::new(32);
+    let ground = b.material(plastic(Rgb::grey(0.4), false));
+    let ball = b.material(plastic(Rgb::new(0.1, 0.4, 0.6), true));
+    b.rectangle(v(-3.0, -3.0, 0.0), v(6.0, 0.0, 0.0), v(0.0, 6.0, 0.0), ground);
+    b.mesh(smooth_sphere(0.6, 2), ball).to_world = DAffine3::from_translation(v(0.2, 0.0, 0.7));
+    b.emitter(EmitterDescription::Constant { radiance: Rgb::new(0.3, 0.5, 0.9) });
+    b.emitter(EmitterDescription::Directional {
+        direction: v(0.5, 0.4, -1.0),
+        irradiance: Rgb::new(2.0, 1.8, 1.2),
+    });
+    let sensor = b.look_at(v(1.0, -4.0, 2.0), v(0.0, 0.0, 0.4), DVec3::Z, 40.0);
+    sensor.aperture_radius = 0.08;
+    sensor.focus_distance = 4.0;
+    b.finish()
+}
+
 pub fn all() -> Vec<(&'static str, Scene)> {
     [
+        ("glazed room", glazed_room()),
+        ("glazed caustic", glazed_caustic()),
+        ("glazed air", glazed_air()),
         ("glossy room", glossy_room()),
         ("emitters and lens", emitters_and_lens()),
         ("open air", open_air()),

@@ -3,7 +3,9 @@
 use glam::Vec3;
 
 use super::error::{BsdfError, check_factor, check_rgb};
-use super::{BsdfSample, ScatterEvent, ScatterPdf, fresnel, is_same_direction, reflect_about_z};
+use super::{
+    BsdfSample, Component, ScatterPdf, ScatterSide, SpecularSample, fresnel, reflect_about_z,
+};
 use crate::color::Rgb;
 use crate::measure::Mass;
 
@@ -69,9 +71,12 @@ impl Conductor {
     }
 
     #[inline]
-    pub(super) fn delta_event(&self, wo: Vec3, wi: Vec3) -> Option<(Rgb, Mass)> {
-        (wo.z > 0.0 && is_same_direction(wi, reflect_about_z(wo)))
-            .then(|| (self.coefficient(wo.z), Mass::ONE))
+    pub(super) fn specular(&self, wo: Vec3, component: Component) -> Option<SpecularSample> {
+        (wo.z > 0.0 && component == Component::REFLECTION).then(|| SpecularSample {
+            wi: reflect_about_z(wo),
+            value: self.coefficient(wo.z),
+            mass: Mass::ONE,
+        })
     }
 
     #[inline]
@@ -83,9 +88,9 @@ impl Conductor {
         Some(BsdfSample {
             wi: reflect_about_z(wo),
             weight: coefficient,
-            pdf: ScatterPdf::Delta(Mass::ONE),
+            pdf: ScatterPdf::Specular(Component::REFLECTION, Mass::ONE),
             value: coefficient,
-            event: ScatterEvent::Reflection,
+            side: ScatterSide::Reflection,
             eta: 1.0,
         })
     }

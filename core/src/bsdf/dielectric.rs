@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::error::{BsdfError, check, check_factor};
 use super::{
-    BsdfSample, ScatterEvent, ScatterPdf, TransportMode, fresnel, is_same_direction,
+    BsdfSample, Component, ScatterPdf, ScatterSide, SpecularSample, TransportMode, fresnel,
     reflect_about_z,
 };
 use crate::color::Rgb;
@@ -103,30 +103,35 @@ impl Dielectric {
         self.specular_transmittance * Self::compression(eta, mode)
     }
 
-    pub(super) fn delta_event(
+    pub(super) fn specular(
         &self,
         wo: Vec3,
-        wi: Vec3,
+        component: Component,
         mode: TransportMode,
-    ) -> Option<(Rgb, Mass)> {
+    ) -> Option<SpecularSample> {
         let split = self.split(wo);
         let (r, t) = (split.reflectance, 1.0 - split.reflectance);
-        if wo.z * wi.z >= 0.0 {
-            (r > 0.0 && is_same_direction(wi, reflect_about_z(wo)))
-                .then(|| (self.specular_reflectance * r as f32, Mass::new(r)))
-        } else {
-            (t > 0.0 && is_same_direction(wi, split.refracted))
-                .then(|| (self.transmission_weight(split.eta, mode) * t as f32, Mass::new(t)))
+        match component {
+            Component::REFLECTION => (r > 0.0).then(|| SpecularSample {
+                wi: reflect_about_z(wo),
+                value: self.specular_reflectance * r as f32,
+                mass: Mass::new(r),
+            }),
+            Component::TRANSMISSION => (t > 0.0).then(|| SpecularSample {
+                wi: split.refracted,
+                value: self.transmission_weight(split.eta, mode) * t as f32,
+                mass: Mass::new(t),
+            }),
+            _ => None,
         }
     }
 
-    /// A number that makes [`Dielectric::sample`] stay on the side of `wo`, or leave it, as `wi` does.
-    pub(super) fn invert(&self, wo: Vec3, wi: Vec3, u: f32) -> Option<f32> {
+    /// A number that makes [`Dielectric::sample`] take `component`.
+    pub(super) fn invert(&self, wo: Vec3, component: Component, u: f32) -> Option<f32> {
         let r = self.split(wo).reflectance;
-        if wo.z * wi.z > 0.0 {
-            coordinate_between(0.0, r, u)
-        } else {
-            coordinate_between(r, 1.0, u)
+        match component {
+            Component::REFLECTION => coordinate_between(0.0, r, u),
+            _ => coordinate_between(r, 1.0, u),
         }
     }
 
@@ -139,9 +144,9 @@ impl Dielectric {
             BsdfSample {
                 wi: reflect_about_z(wo),
                 weight: self.specular_reflectance,
-                pdf: ScatterPdf::Delta(Mass::new(r)),
+                pdf: ScatterPdf::Specular(Component::REFLECTION, Mass::new(r)),
                 value: self.specular_reflectance * r as f32,
-                event: ScatterEvent::Reflection,
+                side: ScatterSide::Reflection,
                 eta: 1.0,
             }
         } else {
@@ -149,9 +154,9 @@ impl Dielectric {
             BsdfSample {
                 wi: split.refracted,
                 weight,
-                pdf: ScatterPdf::Delta(Mass::new(t)),
+                pdf: ScatterPdf::Specular(Component::TRANSMISSION, Mass::new(t)),
                 value: weight * t as f32,
-                event: ScatterEvent::Transmission,
+                side: ScatterSide::Transmission,
                 eta: split.eta as f32,
             }
         }

@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::error::{BsdfError, check_rgb};
-use super::{BsdfSample, ScatterEvent, ScatterPdf};
+use super::{BsdfSample, ScatterPdf, ScatterSide};
 use crate::color::Rgb;
 use crate::math::warp;
 use crate::measure::{Density, SolidAngle};
@@ -61,9 +61,9 @@ impl Diffuse {
         Some(BsdfSample {
             wi,
             weight: self.reflectance,
-            pdf: ScatterPdf::Density(pdf),
+            pdf: ScatterPdf::NonSpecular(pdf),
             value: self.eval(wo, wi),
-            event: ScatterEvent::Reflection,
+            side: ScatterSide::Reflection,
             eta: 1.0,
         })
     }

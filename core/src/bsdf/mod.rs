@@ -12,20 +12,24 @@
 //! | [`Diffuse`] | ρ/π in front | cos θ/π |
 //! | [`RoughConductor`] | F D G/(4 cos θ_o cos θ_i) in front | visible or all microfacet normals |
 //! | [`Conductor`] | mirror direction in front | mass 1 |
+//! | [`Plastic`] | mirror direction and a diffuse base in front | mass of the mirror, cos θ/π times the rest |
 //! | [`Dielectric`] | mirror and refracted direction | masses F and 1 − F |
 //! | [`Bsdf::Null`] | straight on | mass 1 |
 //!
-//! A delta lobe is described by its coefficient c: it scatters c·L(ω_i), so that c stands where
-//! f·|cos θ_i| dσ stands for other lobes, and its probability is a [`Mass`].
+//! A model has components, specular and not, several of them on one side. A specular component has a coefficient c: it scatters
+//! c·L(ω_i), so that c stands where f·|cos θ_i| dσ stands for the others, and its probability is a [`Mass`].
+//! Which of them a path takes at a vertex is its [`Event`].
 
 mod beckmann;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod error;
+mod event;
 pub mod fresnel;
 pub mod microfacet;
 mod opaque;
+mod plastic;
 mod rough_conductor;
 mod textured;
 
@@ -35,7 +39,9 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
+pub use event::{Component, Event};
 pub use opaque::Opaque;
+pub use plastic::Plastic;
 pub use rough_conductor::RoughConductor;
 pub use textured::Resolved;
 pub(crate) use textured::Textures;
@@ -54,22 +60,33 @@ pub enum TransportMode {
     Importance,
 }
 
+impl TransportMode {
+    /// The mode of the walk from the other side.
+    #[inline]
+    pub fn opposite(self) -> Self {
+        match self {
+            TransportMode::Radiance => TransportMode::Importance,
+            TransportMode::Importance => TransportMode::Radiance,
+        }
+    }
+}
+
 /// Side of the surface on which `wi` leaves, seen from `wo`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ScatterEvent {
+pub enum ScatterSide {
     /// The same side.
     Reflection,
     /// The other side.
     Transmission,
 }
 
-/// Probability of a sampled direction, in the measure of its lobe.
+/// Probability of a sampled direction, in the measure of its component.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScatterPdf {
-    /// Density per solid angle of a lobe that spreads.
-    Density(Density<SolidAngle>),
-    /// Probability of a delta lobe.
-    Delta(Mass),
+    /// Density per solid angle of the non-specular components.
+    NonSpecular(Density<SolidAngle>),
+    /// Probability of a specular component.
+    Specular(Component, Mass),
 }
 
 /// A direction sampled by [`Bsdf::sample`].
@@ -77,24 +94,27 @@ pub enum ScatterPdf {
 pub struct BsdfSample {
     /// The sampled direction.
     pub wi: Vec3,
-    /// f |cos θ_i|/p, or coefficient/mass of a delta lobe.
+    /// f |cos θ_i|/p, or coefficient/mass of a specular component.
     pub weight: Rgb,
     /// Density or mass of `wi`.
     pub pdf: ScatterPdf,
-    /// f in 1/sr, or the coefficient of a delta lobe.
+    /// f in 1/sr, or the coefficient of a specular component.
     pub value: Rgb,
     /// Reflection or transmission.
-    pub event: ScatterEvent,
+    pub side: ScatterSide,
     /// n on the side of `wi` over n on the side of `wo`; 1 for reflection. In radiance mode a
     /// throughput times the product of η² is free of the compression of radiance (for roulette).
     pub eta: f32,
 }
 
 impl BsdfSample {
-    /// True for a delta lobe.
+    /// Which component was taken.
     #[inline]
-    pub fn is_delta(&self) -> bool {
-        matches!(self.pdf, ScatterPdf::Delta(_))
+    pub fn event(&self) -> Event {
+        match self.pdf {
+            ScatterPdf::NonSpecular(_) => Event::NonSpecular,
+            ScatterPdf::Specular(component, _) => Event::Specular(component),
+        }
     }
 }
 
@@ -137,7 +157,8 @@ impl Bsdf {
         Ok(match kind {
             MaterialKind::Diffuse { .. }
             | MaterialKind::Conductor { .. }
-            | MaterialKind::RoughConductor { .. } => Bsdf::OneSided(Opaque::new(kind)?),
+            | MaterialKind::RoughConductor { .. }
+            | MaterialKind::Plastic { .. } => Bsdf::OneSided(Opaque::new(kind)?),
             MaterialKind::TwoSided { front, back } => {
                 Bsdf::TwoSided { front: Opaque::new(front)?, back: Opaque::new(back)? }
             }
@@ -157,29 +178,27 @@ impl Bsdf {
         })
     }
 
-    /// True where no side has a lobe that spreads: a vertex with this model can never be
-    /// connected. A two-sided model may have a delta lobe on one side only: [`Bsdf::is_delta_at`].
+    /// True where the side of `wo` has a non-specular component: a connection may end there.
     #[inline]
-    pub fn is_delta(&self) -> bool {
-        match self {
-            Bsdf::OneSided(model) => model.is_delta(),
-            Bsdf::TwoSided { front, back } => front.is_delta() && back.is_delta(),
-            Bsdf::Dielectric(_) | Bsdf::Null => true,
-        }
-    }
-
-    /// True where the side of `wo` has delta lobes only.
-    #[inline]
-    pub fn is_delta_at(&self, wo: Vec3) -> bool {
+    pub fn is_connectible(&self, wo: Vec3) -> bool {
         match self.facing(wo) {
-            Some((model, _)) => model.is_delta(),
-            None => self.is_delta(),
+            Some((model, _)) => model.is_non_specular(),
+            None => false,
         }
     }
 
-    /// Refractive index on the side of `w` over the index on the side of the normal; 1 where the surface is no boundary between media.
+    /// True where f(ω_o → ω_i) = f(ω_i → ω_o) for the non-specular components.
     #[inline]
-    pub fn relative_ior(&self, w: Vec3) -> f32 {
+    pub fn is_reciprocal(&self) -> bool {
+        // All present models are.
+        true
+    }
+
+    /// Refractive index on the side of `w` over the index on the side of the normal, for the model that a specular component belongs
+    /// to; 1 where the surface is no boundary between media.
+    #[inline]
+    pub fn relative_ior(&self, w: Vec3, component: Component) -> f32 {
+        let _ = component;
         match self {
             Bsdf::Dielectric(model) if w.z < 0.0 => model.relative_ior(),
             _ => 1.0,
@@ -208,10 +227,8 @@ impl Bsdf {
         }
     }
 
-    /// f(ω_o, ω_i) in 1/sr, without cosine, of the lobes that spread; 0 for delta lobes.
-    ///
-    /// All present models that spread are reciprocal, so `mode` changes nothing yet; it is part
-    /// of the signature because a value without it has no meaning across a refraction.
+    /// f(ω_o, ω_i) in 1/sr, without cosine, of the non-specular components. f is that of light which comes from the side that
+    /// leads to the emitter: `eval(c, l, Radiance)` and `eval(l, c, Importance)` are one value, [`Bsdf::is_reciprocal`] or not.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         let _ = mode;
@@ -221,7 +238,7 @@ impl Bsdf {
         }
     }
 
-    /// Density with which [`Bsdf::sample`] takes `wi` by a lobe that spreads; 0 for delta lobes.
+    /// Density with which [`Bsdf::sample`] takes `wi` by a non-specular component; its integral is the probability of those.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
         match self.facing(wo) {
@@ -230,7 +247,7 @@ impl Bsdf {
         }
     }
 
-    /// Samples a direction: `u_lobe` in \[0, 1) chooses the lobe, `u` in \[0, 1)² the direction in it.
+    /// Samples a direction: `u_lobe` in \[0, 1) chooses the component, `u` in \[0, 1)² the direction in it.
     /// `None` where nothing is scattered (behind an opaque model) or the sampled direction falls
     /// below the surface; such samples count, with value 0.
     #[inline]
@@ -246,59 +263,80 @@ impl Bsdf {
             Bsdf::Null => Some(BsdfSample {
                 wi: -wo,
                 weight: Rgb::WHITE,
-                pdf: ScatterPdf::Delta(Mass::ONE),
+                pdf: ScatterPdf::Specular(Component::TRANSMISSION, Mass::ONE),
                 value: Rgb::WHITE,
-                event: ScatterEvent::Transmission,
+                side: ScatterSide::Transmission,
                 eta: 1.0,
             }),
             Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
                 let (model, side) = self.facing(wo)?;
-                let sample = model.sample(mirror(wo, side), u)?;
+                let sample = model.sample(mirror(wo, side), u_lobe, u)?;
                 Some(BsdfSample { wi: mirror(sample.wi, side), ..sample })
             }
         }
     }
 
-    /// Numbers (`u_lobe`, `u`) by which [`Bsdf::sample`] takes `wo` to `wi`: a probabilistic inverse (Bitterli et al. 2017, §4). Those that the outcome does not
-    /// depend on are drawn from `free`, the number of a choice uniformly from all that make it. `None` where no numbers do.
+    /// Numbers (`u_lobe`, `u`) by which [`Bsdf::sample`] takes `wo` to `wi` by `event`: a probabilistic inverse (Bitterli et al. 2017, §4).
+    /// Those that the outcome does not depend on are drawn from `free`, the number of a choice uniformly from all that make it, and
+    /// which of several non-specular components it was by their share of the density. `None` where no numbers do.
     ///
-    /// A delta lobe is told from the sides of the directions alone: where it leads is not checked.
-    pub fn invert<U: PrimarySample>(&self, wo: Vec3, wi: Vec3, free: &mut U) -> Option<[f32; 3]> {
-        match self {
-            Bsdf::Dielectric(model) => {
+    /// Where a specular component leads is not checked.
+    pub fn invert<U: PrimarySample>(
+        &self,
+        wo: Vec3,
+        wi: Vec3,
+        event: Event,
+        free: &mut U,
+    ) -> Option<[f32; 3]> {
+        match (self, event) {
+            (Bsdf::Dielectric(model), Event::Specular(component)) => {
                 let [u, v] = free.next2();
-                Some([model.invert(wo, wi, free.next())?, u, v])
+                Some([model.invert(wo, component, free.next())?, u, v])
             }
-            Bsdf::Null => (wo.z * wi.z < 0.0).then(|| [free.next(), free.next(), free.next()]),
-            Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
+            (Bsdf::Null, Event::Specular(_)) => {
+                (wo.z * wi.z < 0.0).then(|| [free.next(), free.next(), free.next()])
+            }
+            (Bsdf::Dielectric(_) | Bsdf::Null, Event::NonSpecular) => None,
+            (Bsdf::OneSided(_) | Bsdf::TwoSided { .. }, _) => {
                 let (model, side) = self.facing(wo)?;
-                let lobe = free.next();
-                let [u, v] = model.invert(mirror(wo, side), mirror(wi, side), free)?;
-                Some([lobe, u, v])
+                model.invert(mirror(wo, side), mirror(wi, side), event, free)
             }
         }
     }
 
-    /// Coefficient and probability of the delta lobe that takes `wo` to `wi`, where the two are
-    /// related by reflection or refraction to within [`DELTA_TOLERANCE`]; `None` otherwise.
-    pub fn delta_event(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<(Rgb, Mass)> {
+    /// Where a specular component leads from `wo`, its coefficient and its probability; `None` where it leads nowhere (total reflection, a
+    /// side without it).
+    pub fn specular(
+        &self,
+        wo: Vec3,
+        component: Component,
+        mode: TransportMode,
+    ) -> Option<SpecularSample> {
         match self {
-            Bsdf::Dielectric(model) => model.delta_event(wo, wi, mode),
-            Bsdf::Null => is_same_direction(wi, -wo).then_some((Rgb::WHITE, Mass::ONE)),
+            Bsdf::Dielectric(model) => model.specular(wo, component, mode),
+            Bsdf::Null => (component == Component::TRANSMISSION).then_some(SpecularSample {
+                wi: -wo,
+                value: Rgb::WHITE,
+                mass: Mass::ONE,
+            }),
             Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
                 let (model, side) = self.facing(wo)?;
-                model.delta_event(mirror(wo, side), mirror(wi, side))
+                let sample = model.specular(mirror(wo, side), component)?;
+                Some(SpecularSample { wi: mirror(sample.wi, side), ..sample })
             }
         }
     }
 }
 
-/// Distance up to which two unit directions count as the same in [`Bsdf::delta_event`].
-pub const DELTA_TOLERANCE: f32 = 1e-3;
-
-#[inline]
-fn is_same_direction(a: Vec3, b: Vec3) -> bool {
-    a.distance_squared(b) <= DELTA_TOLERANCE * DELTA_TOLERANCE
+/// A specular component at one direction ω_o.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularSample {
+    /// Where it leads.
+    pub wi: Vec3,
+    /// Coefficient.
+    pub value: Rgb,
+    /// Probability that [`Bsdf::sample`] takes it, positive.
+    pub mass: Mass,
 }
 
 #[inline]

@@ -2,11 +2,14 @@
 
 use glam::Vec3;
 
-use super::{BsdfError, BsdfSample, Conductor, Diffuse, RoughConductor};
+use super::{
+    BsdfError, BsdfSample, Component, Conductor, Diffuse, Event, Plastic, RoughConductor,
+    SpecularSample,
+};
 use crate::color::Rgb;
 use crate::description::{MaterialKind, Parameter};
 use crate::math::warp;
-use crate::measure::{Density, Mass, SolidAngle};
+use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
 /// A model that scatters in front (z > 0) and is black behind.
@@ -18,6 +21,8 @@ pub enum Opaque {
     Conductor(Conductor),
     /// Rough conductor.
     RoughConductor(RoughConductor),
+    /// Smooth plastic.
+    Plastic(Plastic),
 }
 
 impl Opaque {
@@ -63,6 +68,19 @@ impl Opaque {
                 *k,
                 *specular_reflectance,
             )?)),
+            MaterialKind::Plastic {
+                int_ior,
+                ext_ior,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+            } => Ok(Opaque::Plastic(Plastic::new(
+                *int_ior,
+                *ext_ior,
+                *diffuse_reflectance,
+                *specular_reflectance,
+                *nonlinear,
+            )?)),
             MaterialKind::Dielectric { .. } => Err(BsdfError::NotOpaque { model: "dielectric" }),
             MaterialKind::Null => Err(BsdfError::NotOpaque { model: "null" }),
             MaterialKind::TwoSided { .. } => {
@@ -71,16 +89,17 @@ impl Opaque {
         }
     }
 
+    /// True where there is a non-specular component.
     #[inline]
-    pub(super) fn is_delta(&self) -> bool {
-        matches!(self, Opaque::Conductor(_))
+    pub(super) fn is_non_specular(&self) -> bool {
+        !matches!(self, Opaque::Conductor(_))
     }
 
     #[inline]
     pub(super) fn is_anisotropic(&self) -> bool {
         match self {
             Opaque::RoughConductor(model) => model.is_anisotropic(),
-            Opaque::Diffuse(_) | Opaque::Conductor(_) => false,
+            Opaque::Diffuse(_) | Opaque::Conductor(_) | Opaque::Plastic(_) => false,
         }
     }
 
@@ -90,6 +109,7 @@ impl Opaque {
             Opaque::Diffuse(model) => model.eval(wo, wi),
             Opaque::Conductor(_) => Rgb::BLACK,
             Opaque::RoughConductor(model) => model.eval(wo, wi),
+            Opaque::Plastic(model) => model.eval(wo, wi),
         }
     }
 
@@ -99,38 +119,50 @@ impl Opaque {
             Opaque::Diffuse(model) => model.pdf(wo, wi),
             Opaque::Conductor(_) => Density::ZERO,
             Opaque::RoughConductor(model) => model.pdf(wo, wi),
+            Opaque::Plastic(model) => model.pdf(wo, wi),
         }
     }
 
     #[inline]
-    pub(super) fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
         match self {
             Opaque::Diffuse(model) => model.sample(wo, u),
             Opaque::Conductor(model) => model.sample(wo),
             Opaque::RoughConductor(model) => model.sample(wo, u),
+            Opaque::Plastic(model) => model.sample(wo, u_lobe, u),
         }
     }
 
-    /// Numbers by which [`Opaque::sample`] takes `wo` to `wi`.
+    /// Numbers (`u_lobe`, `u`) by which [`Opaque::sample`] takes `wo` to `wi` by `event`.
     pub(super) fn invert<U: PrimarySample>(
         &self,
         wo: Vec3,
         wi: Vec3,
+        event: Event,
         free: &mut U,
-    ) -> Option<[f32; 2]> {
+    ) -> Option<[f32; 3]> {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
-        match self {
-            Opaque::Diffuse(_) => Some(warp::cosine_hemisphere_inverse(wi)),
-            Opaque::Conductor(_) => Some(free.next2()),
-            Opaque::RoughConductor(model) => Some(model.invert(wo, wi)),
-        }
+        let lobe = match self {
+            Opaque::Plastic(model) => model.invert_lobe(wo, event, free.next())?,
+            _ => free.next(),
+        };
+        let [u, v] = match (self, event) {
+            (Opaque::Diffuse(_), Event::NonSpecular) => warp::cosine_hemisphere_inverse(wi),
+            (Opaque::Conductor(_), Event::Specular(_)) => free.next2(),
+            (Opaque::RoughConductor(model), Event::NonSpecular) => model.invert(wo, wi),
+            (Opaque::Plastic(_), Event::NonSpecular) => warp::cosine_hemisphere_inverse(wi),
+            (Opaque::Plastic(_), Event::Specular(_)) => free.next2(),
+            _ => return None,
+        };
+        Some([lobe, u, v])
     }
 
-    pub(super) fn delta_event(&self, wo: Vec3, wi: Vec3) -> Option<(Rgb, Mass)> {
+    pub(super) fn specular(&self, wo: Vec3, component: Component) -> Option<SpecularSample> {
         match self {
-            Opaque::Conductor(model) => model.delta_event(wo, wi),
+            Opaque::Conductor(model) => model.specular(wo, component),
+            Opaque::Plastic(model) => model.specular(wo, component),
             Opaque::Diffuse(_) | Opaque::RoughConductor(_) => None,
         }
     }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::conductor::ConductorIndex;
 use super::error::{BsdfError, check, check_factor};
 use super::microfacet::Microfacet;
-use super::{BsdfSample, ScatterEvent, ScatterPdf};
+use super::{BsdfSample, ScatterPdf, ScatterSide};
 use crate::color::Rgb;
 use crate::description::MicrofacetKind;
 use crate::measure::{Density, SolidAngle};
@@ -152,9 +152,9 @@ impl RoughConductor {
         Some(BsdfSample {
             wi,
             weight: fresnel * (ratio * g_i * wi.z),
-            pdf: ScatterPdf::Density(Density::new(f64::from(density))),
+            pdf: ScatterPdf::NonSpecular(Density::new(f64::from(density))),
             value: fresnel * (0.25 * facet.d * (g_o * g_i)),
-            event: ScatterEvent::Reflection,
+            side: ScatterSide::Reflection,
             eta: 1.0,
         })
     }

@@ -122,6 +122,13 @@ pub struct Contribution {
 }
 
 impl Contribution {
+    /// A contribution that says no more than where and how much: weight 1, technique (0, 2), the first emitter, no family of techniques. The other fields
+    /// are there to be set: `Contribution { s: 1, t: 3, ..Contribution::new(film, value) }`. A comparison of methods needs
+    /// s, t and `families`.
+    pub fn new(film: Vec2, value: Rgb) -> Self {
+        Contribution { film, value, weight: 1.0, s: 0, t: 2, emitter: 0, families: Families::NONE }
+    }
+
     /// Path length k = s + t − 1 in edges; term k − 1 of the Neumann series.
     #[inline]
     pub fn length(&self) -> u16 {

@@ -4,7 +4,7 @@ use super::{Path, Vertex};
 use crate::scene::Scene;
 
 /// f(x̄) = L_e(x₀→x₁) G(x₀,x₁) Π f̄(x_i) G(x_i,x_{i+1}) · W_e(x_{k−1}→x_k) per channel (Veach 1997, eq. 8.7), visibility not included
-/// ([`Scene::visible`] tells it); relative to the delta functions of delta vertices. 0 where the path does not reach the crop window.
+/// ([`Scene::visible`] tells it); relative to the delta functions of specular vertices. 0 where the path does not reach the crop window.
 pub fn contribution(scene: &Scene, path: &Path) -> [f64; 3] {
     let v = &path.vertices;
     let k = path.length();
@@ -22,7 +22,8 @@ pub fn contribution(scene: &Scene, path: &Path) -> [f64; 3] {
     }
     for i in 1..k {
         let Vertex::Surface(point) = &v[i] else { return [0.0; 3] };
-        let value = scene.scatter_value(point, -edges[i - 1].direction(), edges[i].direction());
+        let (to_light, to_sensor) = (-edges[i - 1].direction(), edges[i].direction());
+        let value = scene.scatter_value(point, to_light, to_sensor, path.events[i]);
         for (c, x) in f.iter_mut().zip(value.to_array()) {
             *c *= x as f64;
         }

@@ -56,8 +56,8 @@ impl WalkRules {
     }
 }
 
-/// Whether technique (s, t) can make the path: hits need an emitter or lens of positive measure, connections need ends that
-/// are no delta. The one predicate; a density is never asked to say "impossible".
+/// Whether technique (s, t) can make the path: hits need an emitter or lens of positive measure, connections need ends whose
+/// events are not specular. The one predicate; a density is never asked to say "impossible".
 pub fn samplable(scene: &Scene, path: &Path, technique: Technique, rules: &WalkRules) -> bool {
     let Technique { s, t } = technique;
     let v = &path.vertices;
@@ -76,23 +76,16 @@ pub fn samplable(scene: &Scene, path: &Path, technique: Technique, rules: &WalkR
     if t == 0 {
         return !scene.sensor().is_pinhole();
     }
-    // A vertex scatters on the side it is seen from: towards the vertex its subpath came from.
-    let connectible = |i: usize, from: usize| match &v[i] {
-        Vertex::Surface(point) => !scene.is_delta_at(point, v[i].edge_to(&v[from]).direction()),
-        _ => false,
-    };
-    (s == 1 || connectible(s - 1, s - 2)) && (t == 1 || connectible(s, s + 1))
+    let connectible = |i: usize| !path.is_specular(i);
+    (s == 1 || connectible(s - 1)) && (t == 1 || connectible(s))
 }
 
 /// Every family of techniques that can make the path.
 pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
     let k = path.length();
     let v = &path.vertices;
-    // Subpaths merge at any vertex that spreads light.
-    let spreads = |i: usize| match &v[i] {
-        Vertex::Surface(point) => !scene.is_delta_at(point, v[i].edge_to(&v[i + 1]).direction()),
-        _ => false,
-    };
+    // Subpaths merge at any vertex with a non-specular event.
+    let spreads = |i: usize| !path.is_specular(i);
     let merge = Families::MERGE.when(rules.allows(k) && (1..k).any(spreads));
     let techniques = (0..=k + 1).map(|s| Technique::new(s, k + 1 - s));
     let all = techniques.fold(merge, |all, technique| {
@@ -134,7 +127,8 @@ pub fn ln_density(
     for i in 1..s.saturating_sub(1) {
         let point = v[i].surface()?;
         let (from, to) = (-edges[i - 1].direction(), edges[i].direction());
-        let (pdf, q) = scene.scatter_event(point, from, to, TransportMode::Importance)?;
+        let (pdf, q) =
+            scene.scatter_event(point, from, to, TransportMode::Importance, path.events[i])?;
         multiply(edges[i].to_area(pdf).value());
         if i >= rules.rr_depth as usize {
             multiply(q.value());
@@ -156,7 +150,8 @@ pub fn ln_density(
         let i = k - j;
         let point = v[i].surface()?;
         let (from, to) = (edges[i].direction(), -edges[i - 1].direction());
-        let (pdf, q) = scene.scatter_event(point, from, to, TransportMode::Radiance)?;
+        let (pdf, q) =
+            scene.scatter_event(point, from, to, TransportMode::Radiance, path.events[i])?;
         multiply(to_previous(v, i - 1, pdf));
         if j >= rules.rr_depth as usize {
             multiply(q.value());

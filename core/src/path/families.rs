@@ -32,7 +32,7 @@ pub struct WalkClass {
 }
 
 impl WalkClass {
-    /// Adds the next surface vertex of the walk; `spreads` where it is no delta vertex.
+    /// Adds the next surface vertex of the walk; `spreads` where its event is not specular.
     #[inline]
     pub fn push(&mut self, spreads: bool) {
         if self.vertices == 0 {

@@ -15,16 +15,36 @@ pub use families::{Origin, WalkClass};
 pub use scatter::{ScatterSample, ScatterValue, TwoWayScatter};
 pub use vertex::Vertex;
 
+use crate::bsdf::Event;
 use crate::color::Rgb;
 
 /// A light transport path x̄ = x₀x₁…x_k of length k: x₀ on an emitter, x_k on the sensor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path {
     /// The vertices x₀ … x_k.
     pub vertices: Vec<Vertex>,
+    /// What happens at each of them; at x₀ and x_k nothing, which is written as non-specular.
+    pub events: Vec<Event>,
 }
 
 impl Path {
+    /// The path of these vertices with an event at each of them.
+    pub fn new(vertices: Vec<Vertex>, events: Vec<Event>) -> Self {
+        debug_assert_eq!(vertices.len(), events.len());
+        Path { vertices, events }
+    }
+
+    /// The path of these vertices without a specular event.
+    pub fn non_specular(vertices: Vec<Vertex>) -> Self {
+        let events = vec![Event::NonSpecular; vertices.len()];
+        Path { vertices, events }
+    }
+
+    /// Whether the event at x_i is specular.
+    pub fn is_specular(&self, i: usize) -> bool {
+        self.events[i].is_specular()
+    }
+
     /// Number of edges k.
     pub fn length(&self) -> usize {
         self.vertices.len() - 1

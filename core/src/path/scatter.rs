@@ -8,14 +8,14 @@
 //! Walks from the sensor then carry f |ω_l·n_s|, walks from the emitter carry f |ω_c·n_s| times the adjoint factor
 //! |ω_l·n_s||ω_c·n_g| / (|ω_l·n_g||ω_c·n_s|) (eq. 5.19).
 //!
-//! A delta lobe has coefficient c and probability m. Densities on the two sides of a refraction live in measures that differ by n²
-//! (n² dσ⊥ is invariant), so a delta event counts in densities as m n_to² |ω_to·n_s| per solid angle and in f̄
+//! A specular component has coefficient c and probability m. Densities on the two sides of a refraction live in measures that differ by n²
+//! (n² dσ⊥ is invariant), so a specular event counts in densities as m n_to² |ω_to·n_s| per solid angle and in f̄
 //! as c_radiance n_l² |ω_l·n_s|/|ω_l·n_g|: relative to one common delta function, the same from both sides, so
 //! that ratios of densities, and quotients f/p, are exact.
 
 use glam::Vec3;
 
-use crate::bsdf::{ScatterPdf, TransportMode};
+use crate::bsdf::{Bsdf, Event, ScatterPdf, TransportMode};
 use crate::color::Rgb;
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::scene::{Scene, SurfacePoint};
@@ -30,10 +30,10 @@ pub struct ScatterSample {
     pub direction: Vec3,
     /// f̄ |ω·n_g| / p: what the throughput is multiplied by, adjoint factor included, roulette not.
     pub weight: Rgb,
-    /// Density of the direction; relative to the common delta function where `delta`.
+    /// Density of the direction; relative to the common delta function where the event is specular.
     pub pdf: Density<SolidAngle>,
-    /// True for a delta lobe.
-    pub delta: bool,
+    /// Which component was taken.
+    pub event: Event,
     /// Probability to survive Russian roulette here, where roulette plays: min(max weight, 0.95), the compression of radiance by η²
     /// left out. It depends on this event alone, so that it is part of the density from both sides.
     pub survival: Mass,
@@ -66,13 +66,13 @@ pub struct TwoWayScatter {
 }
 
 impl Scene {
-    /// True where the surface scatters ω only into delta lobes: such a vertex can not be connected.
+    /// True where the side of ω has a non-specular component: a connection may end at the point.
     #[inline]
-    pub fn is_delta_at(&self, point: &SurfacePoint, w: Vec3) -> bool {
-        self.bsdf(point).is_delta_at(point.frame.to_local(w))
+    pub fn is_connectible(&self, point: &SurfacePoint, w: Vec3) -> bool {
+        self.bsdf(point).is_connectible(point.frame.to_local(w))
     }
 
-    /// f̄(ω_l, ω_c) of the lobes that spread.
+    /// f̄(ω_l, ω_c) of the non-specular components.
     #[inline]
     pub fn scatter(&self, point: &SurfacePoint, to_light: Vec3, to_sensor: Vec3) -> Rgb {
         let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
@@ -80,7 +80,7 @@ impl Scene {
         if f.is_black() { f } else { f * shading_ratio(point, to_light, l.z) }
     }
 
-    /// Everything a connection needs at a vertex that a walk reached from `from` and could have left towards `to`; lobes that spread only.
+    /// Everything a connection needs at a vertex that a walk reached from `from` and could have left towards `to`; non-specular components only.
     #[inline]
     pub fn evaluate_scatter(
         &self,
@@ -96,7 +96,7 @@ impl Scene {
             return None;
         }
         let pdf = bsdf.pdf(wo, wi);
-        let weight = f * (wi.z.abs() / pdf.value() as f32);
+        let weight = uncompressed(&bsdf, f, wo, wi, mode) * (wi.z.abs() / pdf.value() as f32);
         let (value, weight) = match mode {
             TransportMode::Radiance => (f * shading_ratio(point, to, wi.z), weight),
             TransportMode::Importance => (
@@ -122,26 +122,31 @@ impl Scene {
         let sample = bsdf.sample(wo, u_lobe, u, mode)?;
         let direction = point.frame.to_world(sample.wi);
         let mut weight = sample.weight;
-        let mut uncompressed = weight.max_channel();
-        match mode {
-            TransportMode::Radiance => uncompressed *= sample.eta * sample.eta,
+        let uncompressed = match mode {
+            TransportMode::Radiance => match sample.pdf {
+                ScatterPdf::NonSpecular(pdf) if !bsdf.is_reciprocal() => {
+                    let f = bsdf.eval(wo, sample.wi, TransportMode::Importance);
+                    f.max_channel() * (sample.wi.z.abs() / pdf.value() as f32)
+                }
+                _ => weight.max_channel() * (sample.eta * sample.eta),
+            },
             TransportMode::Importance => {
-                let factor = adjoint_factor(point, from, wo.z, direction, sample.wi.z);
-                weight *= factor;
-                uncompressed = weight.max_channel();
-            }
-        }
-        let (pdf, delta) = match sample.pdf {
-            ScatterPdf::Density(p) => (p, false),
-            ScatterPdf::Delta(mass) => {
-                (delta_density(bsdf.relative_ior(sample.wi), mass, sample.wi), true)
+                weight *= adjoint_factor(point, from, wo.z, direction, sample.wi.z);
+                weight.max_channel()
             }
         };
-        Some(ScatterSample { direction, weight, pdf, delta, survival: survival(uncompressed) })
+        let (pdf, event) = match sample.pdf {
+            ScatterPdf::NonSpecular(p) => (p, Event::NonSpecular),
+            ScatterPdf::Specular(component, mass) => {
+                let ior = bsdf.relative_ior(sample.wi, component);
+                (specular_density(ior, mass, sample.wi), Event::Specular(component))
+            }
+        };
+        Some(ScatterSample { direction, weight, pdf, event, survival: survival(uncompressed) })
     }
 
     /// Value and both densities at an end of a connection: a walk in `mode` came from `from` and is connected towards `to`. `None`
-    /// where nothing is scattered that way, delta lobes included.
+    /// where nothing is scattered that way by a non-specular component.
     #[inline]
     pub fn connect_scatter(
         &self,
@@ -156,11 +161,17 @@ impl Scene {
         if f.is_black() {
             return None;
         }
-        // All models that spread are reciprocal: f serves both ways.
         let (forward, backward) = (bsdf.pdf(wo, wi), bsdf.pdf(wi, wo));
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
-        let ratio = |p: Density<SolidAngle>, cos: f32| f.max_channel() * cos / p.value() as f32;
-        let (mut on, mut back) = (ratio(forward, cos_i), ratio(backward, cos_o));
+        let ratio =
+            |f: Rgb, p: Density<SolidAngle>, cos: f32| f.max_channel() * cos / p.value() as f32;
+        // The walk in importance mode sees f, whichever of the two it is.
+        let (f_on, f_back) = match mode {
+            TransportMode::Radiance => (uncompressed(&bsdf, f, wo, wi, mode), f),
+            TransportMode::Importance if bsdf.is_reciprocal() => (f, f),
+            TransportMode::Importance => (f, bsdf.eval(wi, wo, TransportMode::Importance)),
+        };
+        let (mut on, mut back) = (ratio(f_on, forward, cos_i), ratio(f_back, backward, cos_o));
         let value = match mode {
             TransportMode::Radiance => {
                 back *= adjoint_factor(point, to, wi.z, from, wo.z);
@@ -180,51 +191,80 @@ impl Scene {
         })
     }
 
-    /// Density and survival of whichever lobe takes `from` to `to`, delta ones included; `None` where the walk can not go that way.
+    /// Density and survival of the step from `from` to `to` by `event`; `None` where the walk can not go that way. Of a specular
+    /// component `to` is taken for the direction that it leads to, as far as the edges of a path can tell it: only the side is checked.
     pub fn scatter_event(
         &self,
         point: &SurfacePoint,
         from: Vec3,
         to: Vec3,
         mode: TransportMode,
+        event: Event,
     ) -> Option<(Density<SolidAngle>, Mass)> {
         let bsdf = self.bsdf(point);
         let (wo, wi) = (point.frame.to_local(from), point.frame.to_local(to));
-        let (pdf, mut weight) = if bsdf.is_delta_at(wo) {
-            let (coefficient, mass) = bsdf.delta_event(wo, wi, mode)?;
-            let pdf = delta_density(bsdf.relative_ior(wi), mass, wi);
-            (pdf, coefficient * (1.0 / mass.value() as f32))
-        } else {
-            let pdf = bsdf.pdf(wo, wi);
-            if pdf.is_zero() {
-                return None;
+        let (pdf, mut weight) = match event {
+            Event::Specular(component) => {
+                let sample = bsdf.specular(wo, component, mode)?;
+                if sample.wi.z * wi.z < 0.0 {
+                    return None;
+                }
+                let (n_to, n_from) =
+                    (bsdf.relative_ior(wi, component), bsdf.relative_ior(wo, component));
+                let mut weight = sample.value * (1.0 / sample.mass.value() as f32);
+                if mode == TransportMode::Radiance {
+                    let eta = n_to / n_from;
+                    weight *= eta * eta;
+                }
+                (specular_density(n_to, sample.mass, wi), weight)
             }
-            (pdf, bsdf.eval(wo, wi, mode) * (wi.z.abs() / pdf.value() as f32))
+            Event::NonSpecular => {
+                let pdf = bsdf.pdf(wo, wi);
+                if pdf.is_zero() {
+                    return None;
+                }
+                let f = bsdf.eval(wo, wi, mode);
+                let f = uncompressed(&bsdf, f, wo, wi, mode);
+                (pdf, f * (wi.z.abs() / pdf.value() as f32))
+            }
         };
-        match mode {
-            TransportMode::Radiance => {
-                let eta = bsdf.relative_ior(wi) / bsdf.relative_ior(wo);
-                weight *= eta * eta;
-            }
-            TransportMode::Importance => weight *= adjoint_factor(point, from, wo.z, to, wi.z),
+        if mode == TransportMode::Importance {
+            weight *= adjoint_factor(point, from, wo.z, to, wi.z);
         }
         Some((pdf, survival(weight.max_channel())))
     }
 
-    /// f̄(ω_l, ω_c) of any lobe, delta ones relative to the common delta function.
-    pub fn scatter_value(&self, point: &SurfacePoint, to_light: Vec3, to_sensor: Vec3) -> Rgb {
+    /// f̄(ω_l, ω_c) of a vertex where `event` happens; of a specular component relative to the common delta function.
+    pub fn scatter_value(
+        &self,
+        point: &SurfacePoint,
+        to_light: Vec3,
+        to_sensor: Vec3,
+        event: Event,
+    ) -> Rgb {
+        let Event::Specular(component) = event else {
+            return self.scatter(point, to_light, to_sensor);
+        };
         let bsdf = self.bsdf(point);
         let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
-        if !bsdf.is_delta_at(c) {
-            return self.scatter(point, to_light, to_sensor);
-        }
-        match bsdf.delta_event(c, l, TransportMode::Radiance) {
-            Some((coefficient, _)) => {
-                let n = bsdf.relative_ior(l);
-                coefficient * (n * n) * shading_ratio(point, to_light, l.z)
+        match bsdf.specular(c, component, TransportMode::Radiance) {
+            Some(sample) if sample.wi.z * l.z >= 0.0 => {
+                let n = bsdf.relative_ior(l, component);
+                sample.value * (n * n) * shading_ratio(point, to_light, l.z)
             }
-            None => Rgb::BLACK,
+            _ => Rgb::BLACK,
         }
+    }
+}
+
+/// f(ω_o, ω_i) without the compression of radiance across a boundary: as importance has it. `f` is the value in `mode`.
+#[inline]
+fn uncompressed(bsdf: &Bsdf, f: Rgb, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
+    match mode {
+        TransportMode::Radiance if !bsdf.is_reciprocal() => {
+            bsdf.eval(wo, wi, TransportMode::Importance)
+        }
+        _ => f,
     }
 }
 
@@ -257,7 +297,7 @@ fn adjoint_factor(point: &SurfacePoint, l: Vec3, l_z: f32, c: Vec3, c_z: f32) ->
 
 /// m n_to² |ω_to·n_s|.
 #[inline]
-fn delta_density(ior: f32, mass: Mass, to: Vec3) -> Density<SolidAngle> {
+fn specular_density(ior: f32, mass: Mass, to: Vec3) -> Density<SolidAngle> {
     let n = ior as f64;
     Density::new(mass.value() * n * n * to.z.abs() as f64)
 }

@@ -7,21 +7,23 @@ use glam::{DVec2, Vec3};
 use super::chart::affine;
 use super::shape::ShapeKind;
 use super::{Scene, SurfacePoint};
+use crate::bsdf::Event;
 use crate::math::{Frame, warp};
 use crate::random::{PrimarySample, nearest_coordinate_in};
 
 impl Scene {
-    /// Numbers (lobe, direction) by which [`Scene::sample_scatter`] takes a walk that came from `from` on towards `to`; see
+    /// Numbers (lobe, direction) by which [`Scene::sample_scatter`] takes a walk that came from `from` on towards `to` by `event`; see
     /// [`Bsdf::invert`](crate::bsdf::Bsdf::invert).
     pub fn invert_scatter<U: PrimarySample>(
         &self,
         point: &SurfacePoint,
         from: Vec3,
         to: Vec3,
+        event: Event,
         free: &mut U,
     ) -> Option<[f32; 3]> {
         let (wo, wi) = (point.frame.to_local(from), point.frame.to_local(to));
-        self.bsdf(point).invert(wo, wi, free)
+        self.bsdf(point).invert(wo, wi, event, free)
     }
 
     /// Inverse of uniform sampling of the area of the shape that `point` lies on. `None` for a mesh that does not emit: its areas are

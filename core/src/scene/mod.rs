@@ -205,6 +205,13 @@ impl Scene {
         }
     }
 
+    /// x₀ and the radiance that an edge in direction `d` meets where it leaves the scene; no vertex without an environment.
+    #[inline]
+    pub fn background(&self, d: Vec3) -> (Option<Vertex>, Rgb) {
+        let vertex = |emitter| Vertex::InfiniteEmitter { emitter, to: d };
+        (self.emitters.background().map(vertex), self.emitters.background_radiance(d))
+    }
+
     pub(crate) fn surface_point(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
         let p = self.accel.position(hit, ray);
         self.complete(hit.prim, hit.b1 as f32, hit.b2 as f32, p)

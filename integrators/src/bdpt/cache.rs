@@ -12,10 +12,10 @@ use pathspace_core::driver::{self, Work};
 use pathspace_core::film::{Chunk, Film};
 use pathspace_core::integrator::{Run, State};
 use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
+use pathspace_core::walk::{LightSubpath, always, next_event_numbers};
 use rayon::prelude::*;
 
-use super::Bdpt;
-use super::walks::{LightSubpath, always};
+use super::{Bdpt, Sample};
 
 /// Light subpaths in a parallel task.
 const BATCH: u64 = 1024;
@@ -49,9 +49,10 @@ impl CachedRun {
                     let address = Address { seed, step: self.step, item };
                     let mut u = RandomStream::new(address);
                     chunk.begin(address);
-                    let mut connector = walks.connector(scene, &mut chunk, Default::default());
-                    let light = walks.light_subpath(&mut connector, &mut u, always);
-                    walks.onto_film(&mut connector, &light, &mut u);
+                    let (sink, film) = (&mut chunk, Default::default());
+                    let mut sample = Sample { scene, walks: &walks, sink, film };
+                    let light = sample.light_subpath(&mut u, always);
+                    sample.onto_film(&light, &mut u);
                     subpaths.push(light);
                 }
                 ((chunk, subpaths), driver::rays_on_this_thread() - before)
@@ -83,27 +84,28 @@ impl Run for CachedRun {
             let (x, y) = (item % crop.width as u64, item / crop.width as u64);
             let pixel = [crop.x + x as u32, crop.y + y as u32];
             let mut sensor = walks.sensor_subpath(scene, Some(pixel), u, always);
-            let mut connector = walks.connector(scene, chunk, sensor.film);
-            walks.hit_emitters(&mut connector, &mut sensor);
+            let film = sensor.film;
+            let mut sample = Sample { scene, walks: &walks, sink: chunk, film };
+            sample.hit_emitters(&mut sensor);
             for t in 2..=sensor.vertices.len().min(walks.max) {
                 let sensor = &sensor.vertices[..t];
-                let (pick, on_emitter) = (u.next(), u.next2());
+                let numbers = next_event_numbers(u);
                 if !sensor[t - 1].connectible {
                     continue;
                 }
-                connector.next_event(sensor, pick, on_emitter);
+                sample.next_event(sensor, numbers);
                 for _ in 0..connections {
                     let i = (u.next() as f64 * cache.len() as f64) as usize;
                     let Some(&(light, s)) = cache.get(i) else { continue };
                     if s + t > walks.max + 1 {
                         continue;
                     }
-                    let emitter = light.emitter;
-                    connector.begin_light(emitter);
-                    let light = &light.vertices[..s];
-                    if let Some(candidate) = connector.inner(light, sensor) {
-                        connector.finish_inner(&candidate, light, sensor, emitter, scale);
-                    }
+                    let connection = walks.connect(scene, &light.vertices[..s], sensor);
+                    let Some(connection) = connection.filter(|c| c.is_visible(scene)) else {
+                        continue;
+                    };
+                    let weight = connection.weight(scene, &walks);
+                    connection.emit(scene, sample.sink, film, weight, scale);
                 }
             }
         });

@@ -10,8 +10,9 @@ use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::measure::Mass;
 use pathspace_core::path::Technique;
 use pathspace_core::random::{Address, PrimarySample, RandomStream, Stream};
+use pathspace_core::walk::next_event_numbers;
 
-use super::Bdpt;
+use super::{Bdpt, Sample};
 
 /// The numbers of one technique among those of one pair of subpaths.
 ///
@@ -100,26 +101,26 @@ impl Bdpt {
         let walks = self.walks(scene);
         let mut u = numbers(seed, Stream::Sensor, 0);
         let mut sensor = walks.sensor_subpath(scene, None, &mut u, |q| on_sensor.goes_on(q));
-        let mut connector = walks.connector(scene, &mut found, sensor.film);
+        let sink = &mut found;
+        let mut sample = Sample { scene, walks: &walks, sink, film: sensor.film };
         let mut u = numbers(seed, Stream::Light, 0);
-        let light = walks.light_subpath(&mut connector, &mut u, |q| on_light.goes_on(q));
+        let light = sample.light_subpath(&mut u, |q| on_light.goes_on(q));
         for s in 1..=light.vertices.len().min(walks.max) {
             if light.vertices[s - 1].connectible {
                 let on_lens = walks.lens(&mut numbers(seed, Stream::Lens, s));
-                connector.onto_film(&light.vertices[..s], light.emitter, on_lens);
+                sample.onto_lens(&light.vertices[..s], on_lens);
             }
         }
-        walks.hit_emitters(&mut connector, &mut sensor);
+        sample.hit_emitters(&mut sensor);
         for t in 2..=sensor.vertices.len().min(walks.max) {
             let sensor = &sensor.vertices[..t];
             if !sensor[t - 1].connectible {
                 continue;
             }
             let mut u = numbers(seed, Stream::Connection, t);
-            let (pick, on_emitter) = (u.next(), u.next2());
-            connector.next_event(sensor, pick, on_emitter);
+            sample.next_event(sensor, next_event_numbers(&mut u));
             let last = light.vertices.len().min(walks.max + 1 - t);
-            connector.inner_all(&light.vertices[..last], sensor, light.emitter);
+            sample.inner_all(&light.vertices[..last], sensor);
         }
         for c in found.0 {
             tell(c, on_light.of(c.s.into()) * on_sensor.of(c.t.into()));

@@ -2,8 +2,10 @@
 
 use glam::Vec2;
 use pathspace_core::Scene;
+use pathspace_core::bsdf::Event;
 use pathspace_core::path::{Path, Technique, Vertex};
 use pathspace_core::random::{PrimarySample, Stream, nearest_coordinate};
+use pathspace_core::walk::Layout;
 
 use super::Bdpt;
 
@@ -31,22 +33,8 @@ impl Numbers {
 }
 
 impl Bdpt {
-    /// How many numbers of each stream mean the same to two techniques of one path: those of the vertices that both walk to.
-    pub fn shared_numbers(
-        &self,
-        scene: &Scene,
-        a: Technique,
-        b: Technique,
-    ) -> [usize; Stream::COUNT] {
-        let (a, b) = (Layout::new(scene, a), Layout::new(scene, b));
-        let mut shared = [0; Stream::COUNT];
-        shared[Stream::Sensor as usize] = a.sensor.min(b.sensor);
-        shared[Stream::Light as usize] = a.light.min(b.light);
-        shared
-    }
-
     /// Appends to `numbers` those by which technique (s, t) makes the path; the first ones of the streams Sensor and Light may be there
-    /// already ([`Bdpt::shared_numbers`]). `film` is where the path lands. `None` where a sampler has no inverse at the path.
+    /// already ([`Layout::shared`]). `film` is where the path lands. `None` where a sampler has no inverse at the path.
     ///
     /// Numbers on which the path does not depend are drawn from `free`; where a choice has an interval of numbers, uniformly in it. So
     /// if x̄ has density p_{s,t}, the numbers are uniform: a probabilistic inverse of the technique (Bitterli et al. 2017, §4). Numbers that the
@@ -78,7 +66,7 @@ impl Bdpt {
             for j in 1..t - 1 {
                 if numbers.len(Stream::Sensor) < Layout::events(layout.sensor_start, j + 2) {
                     let i = k - j;
-                    let u = event(scene, &v[i + 1], &v[i], &v[i - 1], free)?;
+                    let u = event(scene, [&v[i + 1], &v[i], &v[i - 1]], path.events[i], free)?;
                     numbers.push(Stream::Sensor, &u);
                 }
             }
@@ -87,12 +75,12 @@ impl Bdpt {
             if numbers.len(Stream::Light) == 0 {
                 numbers.push(Stream::Light, &scene.invert_emission_vertex(&v[0], free)?);
             }
-            if s >= 2 && numbers.len(Stream::Light) < LIGHT_START {
+            if s >= 2 && numbers.len(Stream::Light) < Layout::LIGHT_START {
                 numbers.push(Stream::Light, &scene.invert_emission_next(&v[0], &v[1])?);
             }
             for j in 1..s.saturating_sub(1) {
-                if numbers.len(Stream::Light) < Layout::events(LIGHT_START, j + 2) {
-                    let u = event(scene, &v[j - 1], &v[j], &v[j + 1], free)?;
+                if numbers.len(Stream::Light) < Layout::events(Layout::LIGHT_START, j + 2) {
+                    let u = event(scene, [&v[j - 1], &v[j], &v[j + 1]], path.events[j], free)?;
                     numbers.push(Stream::Light, &u);
                 }
             }
@@ -108,48 +96,14 @@ impl Bdpt {
     }
 }
 
-/// Emitter, position on it and direction.
-const LIGHT_START: usize = 5;
-
-/// How many numbers of its walks a technique depends on.
-struct Layout {
-    /// Film and lens.
-    sensor_start: usize,
-    sensor: usize,
-    light: usize,
-}
-
-impl Layout {
-    fn new(scene: &Scene, Technique { s, t }: Technique) -> Self {
-        let sensor_start = if scene.sensor().is_pinhole() { 2 } else { 4 };
-        Layout {
-            sensor_start,
-            sensor: if t >= 2 { Layout::events(sensor_start, t) } else { 0 },
-            light: match s {
-                0 => 0,
-                // x₀ for the lens: a direction is drawn and not used.
-                1 if t == 1 => 3,
-                1 => 0,
-                _ => Layout::events(LIGHT_START, s),
-            },
-        }
-    }
-
-    /// Numbers of a walk of n ≥ 2 vertices: three for each event between the first and the last one.
-    fn events(start: usize, n: usize) -> usize {
-        start + 3 * (n - 2)
-    }
-}
-
 fn event<U: PrimarySample>(
     scene: &Scene,
-    before: &Vertex,
-    at: &Vertex,
-    after: &Vertex,
+    [before, at, after]: [&Vertex; 3],
+    event: Event,
     free: &mut U,
 ) -> Option<[f32; 3]> {
     let point = at.surface()?;
-    scene.invert_scatter(point, at.edge_to(before).direction(), point.aim(after), free)
+    scene.invert_scatter(point, at.edge_to(before).direction(), point.aim(after), event, free)
 }
 
 fn on_lens(scene: &Scene, lens: &Vertex) -> Option<[f32; 2]> {

@@ -3,50 +3,45 @@
 //! One light subpath and one sensor subpath per sample, every technique (s, t) that their vertices allow, weighted so that Σ w = 1 on the
 //! techniques that can make the path.
 //!
+//! Subpaths grow, are connected and are weighed in [`pathspace_core::walk`]. Here:
+//!
 //! | step | file |
 //! | --- | --- |
-//! | one walk and its densities | `subpath` |
-//! | both subpaths of a sample, and the techniques that need one of them | `walks` |
-//! | the techniques | `connect` |
+//! | one sample: all techniques of two subpaths | `mod` |
 //! | connections to a cache of light vertices | `cache` |
 //! | one technique alone | `single` |
 //! | every technique of two subpaths, each by numbers of its own: starts of chains | `every` |
 //! | numbers by which a technique makes a given path | `inverse` |
 //! | densities and weights of all techniques of a given path | `shares` |
 //! | the same by the code that renders, for tests | `replay` |
-//! | debug builds check weights against the oracle | `verify` |
-//! | weights, O(1) per connection | `weight` |
-//! | which techniques take part | `techniques` |
 
 mod cache;
-mod connect;
 mod every;
 mod inverse;
 mod replay;
 mod shares;
 mod single;
-mod subpath;
-mod techniques;
-mod verify;
-mod walks;
-mod weight;
 
 use std::sync::Arc;
 
+use glam::Vec2;
 use pathspace_core::Scene;
 use pathspace_core::film::{Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
+use pathspace_core::measure::Mass;
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::WalkRules;
 use pathspace_core::random::{PrimarySample, Stream};
+use pathspace_core::walk::{
+    Connection, LightSubpath, SensorSubpath, TechniqueSet, WalkVertex, Walks, always,
+    next_event_numbers,
+};
 
 use self::cache::CachedRun;
 pub use self::every::TechniqueNumbers;
 pub use self::inverse::Numbers;
-pub use self::techniques::TechniqueSet;
-use self::walks::{Walks, always};
 use crate::spec::{Defaults, Options, Spec, SpecError};
 
 /// Name in the registry.
@@ -146,7 +141,7 @@ impl Bdpt {
     }
 
     fn walks(&self, scene: &Scene) -> Walks {
-        Walks::new(self, scene)
+        Walks::new(scene, &self.rules(), self.heuristic, self.techniques)
     }
 }
 
@@ -197,29 +192,127 @@ impl PathEstimator for Bdpt {
         let walks = self.walks(scene);
         u.stream(Stream::Sensor);
         let mut sensor = walks.sensor_subpath(scene, pixel, u, always);
-        let mut connector = walks.connector(scene, sink, sensor.film);
+        let mut sample = Sample { scene, walks: &walks, sink, film: sensor.film };
         u.stream(Stream::Light);
-        let light = walks.light_subpath(&mut connector, u, always);
+        let light = sample.light_subpath(u, always);
         u.stream(Stream::Lens);
-        walks.onto_film(&mut connector, &light, u);
-        walks.hit_emitters(&mut connector, &mut sensor);
+        sample.onto_film(&light, u);
+        sample.hit_emitters(&mut sensor);
         // s ≥ 1, t ≥ 2.
         u.stream(Stream::Connection);
         for t in 2..=sensor.vertices.len() {
-            let (pick, on_emitter) = (u.next(), u.next2());
+            let numbers = next_event_numbers(u);
             let choice = if self.connect == Connect::One { u.next() } else { 0.0 };
             let sensor = &sensor.vertices[..t];
             if !sensor[t - 1].connectible || t > walks.max {
                 continue;
             }
-            connector.next_event(sensor, pick, on_emitter);
+            sample.next_event(sensor, numbers);
             let last = light.vertices.len().min((walks.max + 1).saturating_sub(t));
+            let light = &light.vertices[..last];
             match self.connect {
-                Connect::One => {
-                    connector.inner_one(&light.vertices[..last], sensor, light.emitter, choice);
-                }
-                _ => connector.inner_all(&light.vertices[..last], sensor, light.emitter),
+                Connect::One => sample.inner_one(light, sensor, choice),
+                _ => sample.inner_all(light, sensor),
             }
+        }
+    }
+}
+
+/// The techniques of one pair of subpaths, and where their contributions go.
+struct Sample<'a, S> {
+    scene: &'a Scene,
+    walks: &'a Walks,
+    sink: &'a mut S,
+    film: Vec2,
+}
+
+impl<S: Sink> Sample<'_, S> {
+    /// A light subpath, with technique t = 0 on the way.
+    fn light_subpath<U: PrimarySample>(
+        &mut self,
+        u: &mut U,
+        goes_on: impl FnMut(Mass) -> bool,
+    ) -> LightSubpath {
+        let walks = self.walks;
+        walks.light_subpath(self.scene, u, |light| self.connect(light, &[]), goes_on)
+    }
+
+    /// One technique: w f/p where nothing stands between both ends. Visibility comes before the weight, which costs more.
+    fn connect(&mut self, light: &[WalkVertex], sensor: &[WalkVertex]) {
+        if let Some(connection) = self.walks.connect(self.scene, light, sensor) {
+            self.finish(&connection);
+        }
+    }
+
+    fn finish(&mut self, connection: &Connection<'_>) {
+        if connection.is_visible(self.scene) {
+            let weight = connection.weight(self.scene, self.walks);
+            connection.emit(self.scene, self.sink, self.film, weight, 1.0);
+        }
+    }
+
+    /// Technique s = 0 for every t.
+    fn hit_emitters(&mut self, sensor: &mut SensorSubpath) {
+        for t in 2..=sensor.vertices.len() {
+            if sensor.vertices[t - 1].vertex.emitter().is_some() {
+                self.connect(&[], &sensor.vertices[..t]);
+            }
+        }
+        let (walks, scene) = (self.walks, self.scene);
+        walks.on_background(scene, sensor, |sensor| self.connect(&[], sensor));
+    }
+
+    /// Technique t = 1 for every s.
+    fn onto_film<U: PrimarySample>(&mut self, light: &LightSubpath, u: &mut U) {
+        for s in 1..=light.vertices.len().min(self.walks.max) {
+            let on_lens = self.walks.lens(u);
+            if light.vertices[s - 1].connectible {
+                self.onto_lens(&light.vertices[..s], on_lens);
+            }
+        }
+    }
+
+    /// Technique (s, 1) with a point of the lens.
+    fn onto_lens(&mut self, light: &[WalkVertex], on_lens: [f32; 2]) {
+        let (vertex, pdf) = self.scene.sensor().sample_vertex(on_lens);
+        self.connect(light, &[WalkVertex::on_lens(vertex, pdf)]);
+    }
+
+    /// Technique s = 1: x₀ is sampled for the last vertex of `sensor`.
+    fn next_event(&mut self, sensor: &[WalkVertex], (pick, on_emitter): (f32, [f32; 2])) {
+        let takes_part = self.walks.light.weights.techniques.contains(1, sensor.len());
+        let Some(p) = sensor.last().and_then(|z| z.vertex.position()) else { return };
+        if takes_part && let Some(direct) = self.scene.sample_direct(p, pick, on_emitter) {
+            self.connect(&[WalkVertex::next_event(self.scene, &direct)], sensor);
+        }
+    }
+
+    /// Techniques (s, t) for every s ≥ 2 and one t ≥ 2.
+    fn inner_all(&mut self, light: &[WalkVertex], sensor: &[WalkVertex]) {
+        for s in 2..=light.len() {
+            self.connect(&light[..s], sensor);
+        }
+    }
+
+    /// The same sum estimated by one of its terms, picked in proportion to its unoccluded contribution.
+    fn inner_one(&mut self, light: &[WalkVertex], sensor: &[WalkVertex], choice: f32) {
+        let candidates: Vec<_> = (2..=light.len())
+            .filter_map(|s| self.walks.connect(self.scene, &light[..s], sensor))
+            .map(|connection| (connection, connection.weight(self.scene, self.walks)))
+            .collect();
+        let share = |(c, w): &(Connection<'_>, f64)| f64::from((c.value * *w as f32).max_channel());
+        let total: f64 = candidates.iter().map(share).sum();
+        let mut x = choice as f64 * total;
+        for candidate in &candidates {
+            if x < share(candidate) {
+                let (connection, weight) = candidate;
+                if connection.is_visible(self.scene) {
+                    let factor = (total / share(candidate)) as f32;
+                    connection.emit(self.scene, self.sink, self.film, *weight, factor);
+                }
+                return;
+            }
+            x -= share(candidate);
         }
     }
 }

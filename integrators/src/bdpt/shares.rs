@@ -3,7 +3,7 @@
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::measure::Edge;
-use pathspace_core::path::{Path, Technique, Vertex, samplable};
+use pathspace_core::path::{Path, Technique, samplable};
 
 use super::Bdpt;
 
@@ -28,7 +28,7 @@ impl Bdpt {
         let (k, v) = (path.length(), &path.vertices);
         let edges: Vec<Edge> = v.windows(2).map(|w| w[0].edge_to(&w[1])).collect();
         let (light, sensor) =
-            (self.ln_from_light(scene, v, &edges), self.ln_from_sensor(scene, v, &edges));
+            (self.ln_from_light(scene, path, &edges), self.ln_from_sensor(scene, path, &edges));
         let rules = self.rules();
         // Sums over j ≥ s, from the end: no differences, a factor may be 0.
         let mut right = vec![0.0; k + 2];
@@ -56,15 +56,16 @@ impl Bdpt {
     }
 
     /// ln p_l(x_j) for j = 0 … k.
-    fn ln_from_light(&self, scene: &Scene, v: &[Vertex], edges: &[Edge]) -> Vec<f64> {
-        let k = edges.len();
+    fn ln_from_light(&self, scene: &Scene, path: &Path, edges: &[Edge]) -> Vec<f64> {
+        let (k, v) = (edges.len(), &path.vertices);
         let mut ln = vec![NEVER; k + 1];
         ln[0] = scene.pdf_emission_vertex(&v[0]).value().ln();
         ln[1] = scene.pdf_emission_next(&v[0], &edges[0]).value().ln();
         for i in 1..k {
             let Some(point) = v[i].surface() else { break };
             let (from, to) = (-edges[i - 1].direction(), edges[i].direction());
-            let event = scene.scatter_event(point, from, to, TransportMode::Importance);
+            let event =
+                scene.scatter_event(point, from, to, TransportMode::Importance, path.events[i]);
             let Some((pdf, q)) = event else { break };
             let pdf = if self.roulette { pdf * q } else { pdf };
             ln[i + 1] = edges[i].to_area(pdf).value().ln();
@@ -73,8 +74,8 @@ impl Bdpt {
     }
 
     /// ln p_c(x_j) for j = 0 … k.
-    fn ln_from_sensor(&self, scene: &Scene, v: &[Vertex], edges: &[Edge]) -> Vec<f64> {
-        let k = edges.len();
+    fn ln_from_sensor(&self, scene: &Scene, path: &Path, edges: &[Edge]) -> Vec<f64> {
+        let (k, v) = (edges.len(), &path.vertices);
         let mut ln = vec![NEVER; k + 1];
         let sensor = scene.sensor();
         ln[k] = sensor.pdf_vertex().value().ln();
@@ -85,7 +86,8 @@ impl Bdpt {
         for i in (1..k).rev() {
             let Some(point) = v[i].surface() else { break };
             let (from, to) = (edges[i].direction(), -edges[i - 1].direction());
-            let event = scene.scatter_event(point, from, to, TransportMode::Radiance);
+            let event =
+                scene.scatter_event(point, from, to, TransportMode::Radiance, path.events[i]);
             let Some((pdf, q)) = event else { break };
             let pdf = if self.roulette { pdf * q } else { pdf };
             ln[i - 1] = edges[i - 1].reversed().to_area(pdf).value().ln();

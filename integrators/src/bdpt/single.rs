@@ -4,9 +4,9 @@ use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Sink};
 use pathspace_core::path::{PathRecord, Technique};
 use pathspace_core::random::{PrimarySample, Stream};
+use pathspace_core::walk::{always, next_event_numbers};
 
-use super::Bdpt;
-use super::walks::always;
+use super::{Bdpt, Sample};
 
 impl Bdpt {
     /// Makes one estimate of w_{s,t} f by technique (s, t) alone, for the whole crop window: walks of exactly as many vertices, one connection.
@@ -28,23 +28,27 @@ impl Bdpt {
         let mut walks = self.walks(scene);
         walks.restrict(s, t);
         let mut sink = Only { sink, technique, last: false };
-        let mut connector = walks.connector(scene, &mut sink, glam::Vec2::ZERO);
+        let mut sample = Sample { scene, walks: &walks, sink: &mut sink, film: glam::Vec2::ZERO };
         if t <= 1 {
             u.stream(Stream::Light);
-            let light = walks.light_subpath(&mut connector, u, always);
+            let light = sample.light_subpath(u, always);
             // t = 0 was made on the way.
             if t == 1 && light.vertices.len() == s && light.vertices[s - 1].connectible {
                 u.stream(Stream::Lens);
                 let on_lens = walks.lens(u);
-                connector.onto_film(&light.vertices, light.emitter, on_lens);
+                sample.onto_lens(&light.vertices, on_lens);
             }
             return;
         }
         u.stream(Stream::Sensor);
         let mut sensor = walks.sensor_subpath(scene, None, u, always);
-        connector.film = sensor.film;
+        sample.film = sensor.film;
         if s == 0 {
-            walks.hit_with_all(&mut connector, &mut sensor, t);
+            if sensor.vertices.len() == t {
+                sample.connect(&[], &sensor.vertices);
+            } else if sensor.vertices.len() + 1 == t {
+                walks.on_background(scene, &mut sensor, |sensor| sample.connect(&[], sensor));
+            }
             return;
         }
         let arrived = sensor.vertices.len() == t && sensor.vertices[t - 1].connectible;
@@ -53,17 +57,14 @@ impl Bdpt {
         }
         if s == 1 {
             u.stream(Stream::Connection);
-            let (pick, on_emitter) = (u.next(), u.next2());
-            connector.next_event(&sensor.vertices, pick, on_emitter);
+            let numbers = next_event_numbers(u);
+            sample.next_event(&sensor.vertices, numbers);
             return;
         }
         u.stream(Stream::Light);
-        let light = walks.light_subpath(&mut connector, u, always);
-        if light.vertices.len() == s
-            && let Some(candidate) = connector.inner(&light.vertices, &sensor.vertices)
-        {
-            let (light, emitter) = (&light.vertices, light.emitter);
-            connector.finish_inner(&candidate, light, &sensor.vertices, emitter, 1.0);
+        let light = sample.light_subpath(u, always);
+        if light.vertices.len() == s {
+            sample.connect(&light.vertices, &sensor.vertices);
         }
     }
 }

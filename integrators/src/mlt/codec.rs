@@ -1,9 +1,10 @@
-//! States as bytes of checkpoints. Only the vertices are kept: the rest follows from them, to the bit.
+//! States as bytes of checkpoints. Only the vertices and their events are kept: the rest follows from them, to the bit.
 
 use glam::Vec3;
 use pathspace_core::Scene;
+use pathspace_core::bsdf::{Component, Event};
 use pathspace_core::math::Frame;
-use pathspace_core::path::Vertex;
+use pathspace_core::path::{Path, Vertex};
 use pathspace_core::scene::{NO_EMITTER, SurfacePoint};
 
 use super::path::MltPath;
@@ -14,12 +15,19 @@ const POINT: u8 = 1;
 const INFINITE: u8 = 2;
 const SENSOR: u8 = 3;
 
+/// Beyond every number of a specular component.
+const NON_SPECULAR: u8 = u8::MAX;
+
 /// Fewest bytes of a vertex.
-const SMALLEST: usize = 17;
+const SMALLEST: usize = 18;
 
 pub(super) fn encode(x: &MltPath, out: &mut Writer) {
     out.len(x.vertices().len());
-    for vertex in x.vertices() {
+    for (vertex, event) in x.vertices().iter().zip(&x.path().events) {
+        out.u8(match event {
+            Event::NonSpecular => NON_SPECULAR,
+            Event::Specular(component) => component.0,
+        });
         match vertex {
             Vertex::Surface(s) => {
                 out.u8(SURFACE);
@@ -52,14 +60,20 @@ pub(super) fn encode(x: &MltPath, out: &mut Writer) {
 
 pub(super) fn decode(scene: &Scene, bytes: &mut Reader<'_>) -> Option<MltPath> {
     let n = bytes.len(SMALLEST)?;
-    let vertices: Option<Vec<Vertex>> = (0..n).map(|_| vertex(scene, bytes)).collect();
-    let vertices = vertices?;
+    let mut path = Path::default();
+    for _ in 0..n {
+        path.events.push(match bytes.u8()? {
+            NON_SPECULAR => Event::NonSpecular,
+            component => Event::Specular(Component(component)),
+        });
+        path.vertices.push(vertex(scene, bytes)?);
+    }
     // Only the emitter's end may be at infinity or a point.
-    let inner = vertices.get(1..n.checked_sub(1)?)?;
+    let inner = path.vertices.get(1..n.checked_sub(1)?)?;
     if !inner.iter().all(|v| matches!(v, Vertex::Surface(_))) {
         return None;
     }
-    MltPath::new(scene, vertices).filter(|x| x.target().is_finite() && x.target() > 0.0)
+    MltPath::new(scene, path).filter(|x| x.target().is_finite() && x.target() > 0.0)
 }
 
 fn vertex(scene: &Scene, bytes: &mut Reader<'_>) -> Option<Vertex> {

@@ -9,16 +9,14 @@
 //! | what a mutation is: [`Mutator`] | `mutator` |
 //! | replacing a part of the path from both ends | `bidirectional` |
 //! | small moves: lens, caustic and multi-chain perturbation | `perturb` |
-//! | delta vertices found again between two that spread | `manifold` |
+//! | specular vertices found again between two that are not | `manifold` |
 //! | starts by bidirectional path tracing | `start` |
-//! | delta lobes of edges as short as rounding | `lobe` |
 //! | choice of mutations and acceptance | `target` |
 //! | bytes of checkpoints | `codec` |
 
 mod bidirectional;
 mod codec;
 mod emission;
-mod lobe;
 mod manifold;
 mod mutator;
 mod path;

@@ -2,15 +2,13 @@
 
 use glam::Vec2;
 use pathspace_core::Scene;
-use pathspace_core::bsdf::{ScatterEvent, TransportMode};
+use pathspace_core::bsdf::{Event, TransportMode};
 use pathspace_core::color::luminance;
 use pathspace_core::film::Families;
 use pathspace_core::measure::Edge;
 use pathspace_core::path::{Origin, Path, Vertex, WalkClass};
 
-use super::lobe;
-
-/// A path x̄ = x₀…x_k with f(x̄) ≠ 0 and what is known of it: edges, delta vertices, film position.
+/// A path x̄ = x₀…x_k with f(x̄) ≠ 0 and what is known of it: edges, specular vertices, film position.
 ///
 /// A state of a chain has f*(x̄) > 0; a proposal may have one that is no finite number, so that it can be reported.
 /// Visibility is not part of f here, as in [`pathspace_core::path::contribution`]; whoever makes a path has looked.
@@ -18,15 +16,16 @@ use super::lobe;
 pub struct MltPath {
     path: Path,
     edges: Vec<Edge>,
-    delta: Vec<bool>,
+    specular: Vec<bool>,
     film: Vec2,
     value: [f64; 3],
     target: f64,
 }
 
 impl MltPath {
-    /// The state of these vertices; `None` where f(x̄) = 0.
-    pub fn new(scene: &Scene, vertices: Vec<Vertex>) -> Option<MltPath> {
+    /// The state of this path; `None` where f(x̄) = 0.
+    pub fn new(scene: &Scene, path: Path) -> Option<MltPath> {
+        let vertices = &path.vertices;
         let k = vertices.len().checked_sub(1).filter(|&k| k >= 1)?;
         let Vertex::Sensor { p: on_lens, .. } = vertices[k] else { return None };
         vertices[0].emitter()?;
@@ -40,13 +39,13 @@ impl MltPath {
             return None;
         }
         let mut value = emitted.to_array().map(|c| f64::from(c) * sensor.importance(into));
-        let mut delta = Vec::with_capacity(k + 1);
-        delta.push(vertices[0].emitter().is_none_or(|e| scene.emitters().get(e).is_delta()));
+        let mut specular = Vec::with_capacity(k + 1);
+        specular.push(vertices[0].emitter().is_none_or(|e| scene.emitters().get(e).is_delta()));
         for i in 1..k {
             let point = vertices[i].surface()?;
-            let to_sensor = edges[i].direction();
-            delta.push(scene.is_delta_at(point, to_sensor));
-            let scattered = lobe::value(scene, point, -edges[i - 1].direction(), to_sensor);
+            let (to_light, to_sensor) = (-edges[i - 1].direction(), edges[i].direction());
+            specular.push(path.is_specular(i));
+            let scattered = scene.scatter_value(point, to_light, to_sensor, path.events[i]);
             if scattered.is_black() {
                 return None;
             }
@@ -54,19 +53,12 @@ impl MltPath {
                 *v *= f64::from(f);
             }
         }
-        delta.push(sensor.is_pinhole());
+        specular.push(sensor.is_pinhole());
         let geometry: f64 = edges.iter().map(Edge::geometry_term).product();
         let value = value.map(|v| v * geometry);
         let target = luminance(&value);
         // Not a number is not nothing.
-        (target != 0.0).then_some(MltPath {
-            path: Path { vertices },
-            edges,
-            delta,
-            film,
-            value,
-            target,
-        })
+        (target != 0.0).then_some(MltPath { path, edges, specular, film, value, target })
     }
 
     /// The path.
@@ -89,7 +81,7 @@ impl MltPath {
         &self.edges[i]
     }
 
-    /// f(x̄) per channel, relative to the delta functions of delta vertices.
+    /// f(x̄) per channel, relative to the delta functions of specular vertices.
     pub fn value(&self) -> [f64; 3] {
         self.value
     }
@@ -104,30 +96,26 @@ impl MltPath {
         self.film
     }
 
-    /// True where x_i scatters, emits or receives by a delta function: a delta lobe, a point or directional light, a pinhole.
-    pub fn is_delta(&self, i: usize) -> bool {
-        self.delta[i]
+    /// True where x_i scatters, emits or receives by a delta function: a specular event, a point or directional light, a pinhole.
+    pub fn is_specular(&self, i: usize) -> bool {
+        self.specular[i]
     }
 
-    /// What the delta lobe at an inner vertex does.
-    pub fn delta_event(&self, i: usize) -> Option<ScatterEvent> {
-        let point = self.path.vertices[i].surface()?;
-        let n = point.frame.n;
-        let (back, on) = (-self.edges[i - 1].direction(), self.edges[i].direction());
-        let same = (n.dot(back) > 0.0) == (n.dot(on) > 0.0);
-        Some(if same { ScatterEvent::Reflection } else { ScatterEvent::Transmission })
+    /// What happens at x_i.
+    pub fn event(&self, i: usize) -> Event {
+        self.path.events[i]
     }
 
     /// Whether technique (s, k + 1 − s) can make the path: [`pathspace_core::path::samplable`] from the cached flags.
     pub fn samplable(&self, s: usize) -> bool {
         let k = self.length();
-        if s > k + 1 || (self.delta[0] && k == 1) {
+        if s > k + 1 || (self.specular[0] && k == 1) {
             return false;
         }
         match s {
-            0 => !self.delta[0],
-            s if s == k + 1 => !self.delta[k],
-            s => (s == 1 || !self.delta[s - 1]) && (s == k || !self.delta[s]),
+            0 => !self.specular[0],
+            s if s == k + 1 => !self.specular[k],
+            s => (s == 1 || !self.specular[s - 1]) && (s == k || !self.specular[s]),
         }
     }
 
@@ -136,10 +124,10 @@ impl MltPath {
         let k = self.length();
         let mut class = WalkClass::default();
         for i in 1..k {
-            class.push(!self.delta[i]);
+            class.push(!self.specular[i]);
         }
         let far = matches!(self.path.vertices[0], Vertex::InfiniteEmitter { .. });
-        let origin = Origin { delta: self.delta[0], far };
-        class.families(TransportMode::Importance, origin, self.delta[k])
+        let origin = Origin { delta: self.specular[0], far };
+        class.families(TransportMode::Importance, origin, self.specular[k])
     }
 }

@@ -72,8 +72,8 @@ pub(super) fn start(
         }
         x -= share;
     }
-    // A path whose own edges deny its delta lobes (they are as short as rounding) has f = 0: it is none of the space.
-    Some((MltPath::new(scene, picked?.vertices)?, total))
+    // A path whose own edges deny its specular components (they are as short as rounding) has f = 0: it is none of the space.
+    Some((MltPath::new(scene, picked?)?, total))
 }
 
 /// f(x̄) as a contribution; `value` per channel.

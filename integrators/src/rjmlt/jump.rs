@@ -4,6 +4,7 @@ use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, RecordingSink};
 use pathspace_core::path::{Path, PathRecord, Technique, Vertex};
 use pathspace_core::random::{PrimarySample, RandomStream, Stream};
+use pathspace_core::walk::Layout;
 
 use crate::bdpt::Numbers;
 use crate::mmlt::Multiplexed;
@@ -92,7 +93,7 @@ fn transfer(
 ) -> Option<Made> {
     let (bdpt, path) = (&techniques.bdpt, &here.record.path);
     let mut numbers = Numbers::default();
-    let shared = bdpt.shared_numbers(scene, here.record.technique, to);
+    let shared = Layout::shared(scene, here.record.technique, to);
     for stream in STREAMS {
         for index in 0..shared[stream as usize] {
             numbers.push(stream, &[x.get(stream, index)?]);
@@ -150,7 +151,7 @@ fn is_near(a: &Path, b: &Path) -> bool {
         let before = if i > 0 { edge(i - 1) } else { f32::INFINITY };
         let after = if i < k { edge(i) } else { f32::INFINITY };
         let most = TOLERANCE.min(RELATIVE * before.min(after));
-        v.emitter() == w.emitter() && distance <= most
+        v.emitter() == w.emitter() && a.events[i] == b.events[i] && distance <= most
     };
     b.length() == k && (0..=k).all(near)
 }

@@ -58,7 +58,7 @@ fn reference(scene: &Scene, depth: u32) -> Vec<Vec<(MltPath, f64)>> {
             paths
                 .filter_map(|(c, r)| {
                     let w = luminance(&c.value.to_array().map(f64::from));
-                    Some((MltPath::new(scene, r.path.vertices)?, w))
+                    Some((MltPath::new(scene, r.path)?, w))
                 })
                 .collect()
         })
@@ -129,7 +129,7 @@ fn compare(mutation: &str, depth: u32, fixed: impl Fn(&MltPath) -> Option<Kept> 
 #[test]
 fn lens_perturbation_has_its_density() {
     compare("lens", 4, |x| {
-        let pinned = x.length() == 2 || (x.length() == 3 && x.is_delta(2));
+        let pinned = x.length() == 2 || (x.length() == 3 && x.is_specular(2));
         pinned.then_some(Kept { light: 1, sensor: 1 })
     });
 }
@@ -139,8 +139,10 @@ fn multi_chain_perturbation_has_its_density() {
     compare("multi", 5, |x| {
         // L D S⁺ D E.
         let k = x.length();
-        let pinned =
-            k >= 4 && !x.is_delta(k - 1) && !x.is_delta(1) && (2..k - 1).all(|i| x.is_delta(i));
+        let pinned = k >= 4
+            && !x.is_specular(k - 1)
+            && !x.is_specular(1)
+            && (2..k - 1).all(|i| x.is_specular(i));
         pinned.then_some(Kept { light: 1, sensor: 1 })
     });
 }
@@ -149,7 +151,7 @@ fn multi_chain_perturbation_has_its_density() {
 fn caustic_perturbation_has_its_density() {
     compare("caustic", 4, |x| {
         let k = x.length();
-        let pinned = k >= 3 && !x.is_delta(k - 1) && (1..k - 1).all(|i| x.is_delta(i));
+        let pinned = k >= 3 && !x.is_specular(k - 1) && (1..k - 1).all(|i| x.is_specular(i));
         pinned.then_some(Kept { light: 1, sensor: 1 })
     });
 }
@@ -159,7 +161,7 @@ fn manifold_perturbation_has_its_density() {
     compare("manifold", 4, |x| {
         // L S⁺ D E.
         let k = x.length();
-        let pinned = k >= 3 && !x.is_delta(k - 1) && (1..k - 1).all(|i| x.is_delta(i));
+        let pinned = k >= 3 && !x.is_specular(k - 1) && (1..k - 1).all(|i| x.is_specular(i));
         pinned.then_some(Kept { light: 1, sensor: 1 })
     });
 }

@@ -21,7 +21,7 @@ const ALPHA: f64 = 1e-5;
 /// Functions of a path that a wrong transition density moves.
 fn observed(x: &MltPath) -> [f64; 8] {
     let k = x.length();
-    let deltas = (1..k).filter(|&i| x.is_delta(i)).count();
+    let deltas = (1..k).filter(|&i| x.is_specular(i)).count();
     let film = x.film();
     let distance = |i: usize| x.edge(i).distance2().max(1e-12).ln();
     let shortest = (0..k).map(distance).fold(f64::INFINITY, f64::min);
@@ -75,7 +75,7 @@ fn one_step(scene: &Scene, chain: &PathChain, plan: &Plan, seed: u64) -> ([f64; 
                 bdpt.estimate(scene, None, &mut u, &mut sink);
                 let mut z = [0.0; 8];
                 for (contribution, record) in sink.contributions.iter().zip(sink.records) {
-                    let Some(mut x) = MltPath::new(scene, record.path.vertices) else { continue };
+                    let Some(mut x) = MltPath::new(scene, record.path) else { continue };
                     if !mutator.applies(&x) {
                         continue;
                     }

@@ -29,9 +29,11 @@ fn states_agree_with_the_oracle() {
                 assert_eq!(x.samplable(s), oracle, "{name} {technique:?}");
             }
             assert_eq!(x.families(), path::families(&scene, x.path(), &rules), "{name}");
-            deltas += (1..k).filter(|&i| x.is_delta(i)).count();
+            deltas += (1..k).filter(|&i| x.is_specular(i)).count();
         }
-        assert!(deltas > 100, "{name}");
+        // A coat reflects a few percent of the light.
+        let enough = if name.starts_with("glazed") { 20 } else { 100 };
+        assert!(deltas > enough, "{name}: {deltas}");
     }
 }
 
@@ -50,7 +52,7 @@ fn every_path_that_starts_can_come_from_is_a_state() {
             for (contribution, record) in sink.contributions.iter().zip(sink.records) {
                 if !contribution.value.is_black() {
                     all += 1;
-                    lost += u32::from(MltPath::new(&scene, record.path.vertices).is_none());
+                    lost += u32::from(MltPath::new(&scene, record.path).is_none());
                 }
             }
         }

@@ -4,7 +4,6 @@ use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::path::Vertex;
 
-use super::super::lobe;
 use super::super::path::MltPath;
 use super::ends::Ends;
 
@@ -70,7 +69,8 @@ fn from_light(scene: &Scene, y: &MltPath, i: usize) -> Option<f64> {
             let (before, edge) = (y.edge(i - 2), y.edge(i - 1));
             let (from, to) = (-before.direction(), edge.direction());
             let mode = TransportMode::Importance;
-            edge.to_area(lobe::density(scene, v[i - 1].surface()?, from, to, mode)?)
+            let event = scene.scatter_event(v[i - 1].surface()?, from, to, mode, y.event(i - 1));
+            edge.to_area(event?.0)
         }
     };
     ln(pdf.value())
@@ -89,7 +89,8 @@ fn from_sensor(scene: &Scene, y: &MltPath, i: usize) -> Option<f64> {
     } else {
         let Vertex::Surface(point) = &v[i + 1] else { return None };
         let from = y.edge(i + 1).direction();
-        lobe::density(scene, point, from, edge.direction(), TransportMode::Radiance)?
+        let (to, mode) = (edge.direction(), TransportMode::Radiance);
+        scene.scatter_event(point, from, to, mode, y.event(i + 1))?.0
     };
     ln(edge.to_area(pdf).value())
 }

@@ -1,5 +1,8 @@
 //! The two ends that a deletion leaves, and the ways in which new vertices can join them.
 
+use glam::Vec3;
+use pathspace_core::Scene;
+
 use super::super::mutator::Kept;
 use super::super::path::MltPath;
 
@@ -18,16 +21,20 @@ pub(super) struct Ends {
 
 impl Ends {
     /// The ends of `x` where `kept` stays. Of two paths that share their kept parts it is the same.
-    pub(super) fn new(x: &MltPath, kept: Kept, emitters_spread: bool) -> Self {
+    pub(super) fn new(scene: &Scene, x: &MltPath, kept: Kept, emitters_spread: bool) -> Self {
         let n = x.length() + 1;
         let Kept { light, sensor } = kept;
+        // By what the surface can do: the event there is chosen anew.
+        let connectible = |i: usize, before: Vec3| {
+            x.vertices()[i].surface().is_some_and(|point| scene.is_connectible(point, before))
+        };
         Ends {
             kept,
-            light: light <= 1 || !x.is_delta(light - 1),
-            sensor: sensor <= 1 || !x.is_delta(n - sensor),
+            light: light <= 1 || connectible(light - 1, -x.edge(light - 2).direction()),
+            sensor: sensor <= 1 || connectible(n - sensor, x.edge(n - sensor).direction()),
             emitters_spread,
             // The last vertex is the sensor's in every path.
-            pinhole: x.is_delta(n - 1),
+            pinhole: x.is_specular(n - 1),
         }
     }
 

@@ -2,10 +2,12 @@
 
 use glam::Vec3;
 use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{Event, TransportMode};
+use pathspace_core::color::Rgb;
 use pathspace_core::math::Ray;
-use pathspace_core::path::Vertex;
+use pathspace_core::path::{Path, Vertex};
 use pathspace_core::random::{PrimarySample, RandomStream};
+use pathspace_core::walk;
 
 use super::super::emission;
 use super::super::mutator::Kept;
@@ -23,60 +25,93 @@ pub(super) fn join(
 ) -> Option<MltPath> {
     let n = kept.light + kept.sensor + added;
     let t = n - s;
-    let mut light: Vec<Vertex> = Vec::with_capacity(n);
-    light.extend_from_slice(&x.vertices()[..kept.light]);
+    let mut light = Part::new(x, 0..kept.light, n);
     // x_k first.
-    let mut sensor: Vec<Vertex> = x.vertices().iter().rev().take(kept.sensor).copied().collect();
+    let all = x.vertices().len();
+    let mut sensor = Part::new(x, (all - kept.sensor..all).rev(), n);
     extend_sensor(scene, &mut sensor, t, s == 0, u)?;
     if s == 1 && kept.light == 0 && t >= 2 {
-        let reference = sensor[t - 1].position()?;
+        let reference = sensor.vertices[t - 1].position()?;
         light.push(scene.sample_direct(reference, u.next(), u.next2())?.vertex);
     } else {
         extend_light(scene, &mut light, s, t == 0, u)?;
     }
-    if s > 0 && t > 0 {
-        let (y, z) = (light[s - 1], sensor[t - 1]);
-        // An emitter far away and the eye of a beam that does not meet: no edge.
-        if y.position().is_none() && z.position().is_none() {
-            return None;
-        }
-        light.extend(sensor.iter().rev());
-        // What carries nothing needs no ray. A delta vertex at the connection carries nothing, though it may have a lobe on that side.
-        let path = MltPath::new(scene, light).filter(|path| path.samplable(s))?;
-        return scene.visible(&y, &z).then_some(path);
+    // Both ends of the connection, or what was hit.
+    let (y, z) = (light.end(), sensor.end());
+    light.vertices.extend(sensor.vertices.iter().rev());
+    light.events.extend(sensor.events.iter().rev());
+    let path = Path::new(light.vertices, light.events);
+    let (Some(y), Some(z)) = (y, z) else { return MltPath::new(scene, path) };
+    // An emitter far away and the eye of a beam that does not meet: no edge.
+    if y.position().is_none() && z.position().is_none() {
+        return None;
     }
-    light.extend(sensor.iter().rev());
-    MltPath::new(scene, light)
+    // What carries nothing needs no ray.
+    let path = MltPath::new(scene, path).filter(|path| path.samplable(s))?;
+    scene.visible(&y, &z).then_some(path)
+}
+
+/// Vertices from one end of a path on and what happens at them, in the order of a walk.
+struct Part {
+    vertices: Vec<Vertex>,
+    events: Vec<Event>,
+}
+
+impl Part {
+    /// The vertices of `x` with these indices, with room for `room`.
+    fn new(x: &MltPath, kept: impl Iterator<Item = usize>, room: usize) -> Self {
+        let mut part =
+            Part { vertices: Vec::with_capacity(room), events: Vec::with_capacity(room) };
+        for i in kept {
+            part.vertices.push(x.vertices()[i]);
+            part.events.push(x.event(i));
+        }
+        part
+    }
+
+    fn push(&mut self, vertex: Vertex) {
+        self.vertices.push(vertex);
+        self.events.push(Event::NonSpecular);
+    }
+
+    /// The last vertex, if there is one, with the event that a connection needs.
+    fn end(&mut self) -> Option<Vertex> {
+        *self.events.last_mut()? = Event::NonSpecular;
+        self.vertices.last().copied()
+    }
+
+    /// Draws an event at the last vertex, a surface that the walk came to, and gives the ray on.
+    fn scatter(&mut self, scene: &Scene, mode: TransportMode, u: &mut RandomStream) -> Option<Ray> {
+        let [.., before, Vertex::Surface(point)] = self.vertices.as_slice() else { return None };
+        let from = before.direction_from(point.p);
+        let (edge, sample) = walk::scatter(scene, point, from, Rgb::WHITE, mode, false, u)?;
+        *self.events.last_mut()? = sample.event;
+        Some(edge.ray)
+    }
 }
 
 /// Extends a sensor subpath x_k, x_{k−1}, … to `t` vertices, the last of them on an emitter if `to_emitter`.
 fn extend_sensor(
     scene: &Scene,
-    sensor: &mut Vec<Vertex>,
+    sensor: &mut Part,
     t: usize,
     to_emitter: bool,
     u: &mut RandomStream,
 ) -> Option<()> {
     let lens = scene.sensor();
-    if sensor.is_empty() && t > 0 {
+    if sensor.vertices.is_empty() && t > 0 {
         let (vertex, _) = lens.sample_vertex(if lens.is_pinhole() { [0.0; 2] } else { u.next2() });
         sensor.push(vertex);
     }
-    while sensor.len() < t {
-        let ray = match sensor.as_slice() {
+    while sensor.vertices.len() < t {
+        let ray = match sensor.vertices.as_slice() {
             [Vertex::Sensor { p, .. }] => {
                 let film = lens.film_point(u.next2());
                 Ray::new(*p, lens.direction(*p, film))
             }
-            [.., before, Vertex::Surface(point)] => {
-                let from = before.direction_from(point.p);
-                let (lobe, d) = (u.next(), u.next2());
-                let mode = TransportMode::Radiance;
-                point.spawn(scene.sample_scatter(point, from, mode, lobe, d)?.direction)
-            }
-            _ => return None,
+            _ => sensor.scatter(scene, TransportMode::Radiance, u)?,
         };
-        let last = to_emitter && sensor.len() + 1 == t;
+        let last = to_emitter && sensor.vertices.len() + 1 == t;
         sensor.push(match scene.intersect(&ray) {
             Some(point) => Vertex::Surface(point),
             None if last => emission::background(scene, ray.d)?,
@@ -89,33 +124,27 @@ fn extend_sensor(
 /// Extends a light subpath x₀, x₁, … to `s` vertices, the last of them on the lens if `to_lens`.
 fn extend_light(
     scene: &Scene,
-    light: &mut Vec<Vertex>,
+    light: &mut Part,
     s: usize,
     to_lens: bool,
     u: &mut RandomStream,
 ) -> Option<()> {
     let mut first = None;
-    if light.is_empty() && s > 0 {
+    if light.vertices.is_empty() && s > 0 {
         let emission = scene.sample_emission(u.next(), u.next2(), u.next2())?;
         light.push(emission.vertex);
         first = Some(emission.ray);
     }
-    while light.len() < s {
-        let ray = match light.as_slice() {
+    while light.vertices.len() < s {
+        let ray = match light.vertices.as_slice() {
             [x0] => match first {
                 Some(ray) => ray,
                 None => emission::ray_from(scene, x0, u.next2())?,
             },
-            [.., before, Vertex::Surface(point)] => {
-                let from = before.direction_from(point.p);
-                let (lobe, d) = (u.next(), u.next2());
-                let mode = TransportMode::Importance;
-                point.spawn(scene.sample_scatter(point, from, mode, lobe, d)?.direction)
-            }
-            _ => return None,
+            _ => light.scatter(scene, TransportMode::Importance, u)?,
         };
         let hit = scene.intersect(&ray);
-        let vertex = if to_lens && light.len() + 1 == s {
+        let vertex = if to_lens && light.vertices.len() + 1 == s {
             let length = hit.map_or(f32::INFINITY, |h| h.p.distance(ray.o));
             on_lens(scene, &ray, length)?
         } else {

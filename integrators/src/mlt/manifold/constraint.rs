@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use pathspace_core::Scene;
+use pathspace_core::bsdf::Component;
 use pathspace_core::math::Frame;
 use pathspace_core::path::Vertex;
 use pathspace_core::scene::SurfacePoint;
@@ -61,6 +62,7 @@ impl Constraints {
         scene: &Scene,
         b: &SurfacePoint,
         points: &[SurfacePoint],
+        components: &[Component],
         c: &Vertex,
     ) -> Constraints {
         let n = points.len();
@@ -71,7 +73,7 @@ impl Constraints {
             Vertex::InfiniteEmitter { to, .. } => to.as_dvec3(),
             _ => DVec3::ZERO,
         };
-        for (i, point) in points.iter().enumerate() {
+        for (i, (point, &component)) in points.iter().zip(components).enumerate() {
             let before = if i == 0 { b } else { &points[i - 1] };
             let after = match points.get(i + 1) {
                 Some(next) => Some(next.p.as_dvec3()),
@@ -80,7 +82,8 @@ impl Constraints {
             let to_sensor = Ray::new(point, Some(before.p.as_dvec3()), DVec3::ZERO);
             let to_light = Ray::new(point, after, far);
             let index = |w: DVec3| {
-                f64::from(scene.bsdf(point).relative_ior(point.frame.to_local(w.as_vec3())))
+                let local = point.frame.to_local(w.as_vec3());
+                f64::from(scene.bsdf(point).relative_ior(local, component))
             };
             let (n_c, n_l) = (index(to_sensor.w), index(to_light.w));
             let half = to_sensor.w * n_c + to_light.w * n_l;
@@ -126,9 +129,11 @@ pub(super) fn ln_chain_density(
     scene: &Scene,
     b: &SurfacePoint,
     points: &[SurfacePoint],
+    components: &[Component],
     c: &Vertex,
 ) -> Option<f64> {
-    let determinant = Constraints::new(scene, b, points, c).jacobian.determinant().abs();
+    let determinant =
+        Constraints::new(scene, b, points, components, c).jacobian.determinant().abs();
     let ln = determinant.ln();
     ln.is_finite().then_some(ln)
 }

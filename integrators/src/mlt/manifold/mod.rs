@@ -19,7 +19,8 @@ mod linear;
 mod newton;
 
 use pathspace_core::Scene;
-use pathspace_core::path::Vertex;
+use pathspace_core::bsdf::{Component, Event};
+use pathspace_core::path::{Path, Vertex};
 use pathspace_core::random::RandomStream;
 use pathspace_core::scene::SurfacePoint;
 
@@ -51,14 +52,14 @@ struct Chain {
 impl Chain {
     fn of(x: &MltPath) -> Option<Chain> {
         let mut b = x.length() - 1;
-        while b > 0 && x.is_delta(b) {
+        while b > 0 && x.is_specular(b) {
             b -= 1;
         }
-        if b < 2 || !x.is_delta(b - 1) {
+        if b < 2 || !x.is_specular(b - 1) {
             return None;
         }
         let mut c = b - 1;
-        while c > 0 && x.is_delta(c) {
+        while c > 0 && x.is_specular(c) {
             c -= 1;
         }
         (b - c - 1 <= MAX_CHAIN).then_some(Chain { b, c })
@@ -72,9 +73,18 @@ impl Chain {
         Plan { kept: self.b, turns: 0 }
     }
 
-    /// The delta vertices, from the side of x_b.
+    /// The specular vertices, from the side of x_b.
     fn points(self, x: &MltPath) -> Option<Vec<SurfacePoint>> {
         (self.c + 1..self.b).rev().map(|i| x.vertices()[i].surface().copied()).collect()
+    }
+
+    /// Their components.
+    fn components(self, x: &MltPath) -> Option<Vec<Component>> {
+        let component = |i: usize| match x.event(i) {
+            Event::Specular(component) => Some(component),
+            Event::NonSpecular => None,
+        };
+        (self.c + 1..self.b).rev().map(component).collect()
     }
 }
 
@@ -91,7 +101,8 @@ impl Manifold {
         chain: Chain,
         b: &SurfacePoint,
     ) -> Option<Vec<SurfacePoint>> {
-        newton::walk(scene, b, chain.points(x)?, &x.vertices()[chain.c])
+        let components = chain.components(x)?;
+        newton::walk(scene, b, chain.points(x)?, &components, &x.vertices()[chain.c])
     }
 
     /// Whether the walk from `x` to the x_b of `y` ends at `y`.
@@ -108,7 +119,9 @@ impl Manifold {
 
     fn ln_density(&self, scene: &Scene, x: &MltPath, y: &MltPath, chain: Chain) -> Option<f64> {
         let b = y.vertices()[chain.b].surface()?;
-        let delta = ln_chain_density(scene, b, &chain.points(y)?, &y.vertices()[chain.c])?;
+        let (points, components) = (chain.points(y)?, chain.components(y)?);
+        let c = &y.vertices()[chain.c];
+        let delta = ln_chain_density(scene, b, &points, &components, c)?;
         Some(self.0.ln_walk(scene, x, y, chain.plan())? + delta)
     }
 }
@@ -130,7 +143,7 @@ impl Mutator for Manifold {
         for (slot, point) in vertices[chain.c + 1..chain.b].iter_mut().rev().zip(found) {
             *slot = Vertex::Surface(point);
         }
-        let path = MltPath::new(scene, vertices)?;
+        let path = MltPath::new(scene, Path::new(vertices, x.path().events.clone()))?;
         let v = path.vertices();
         // The other edges were traced.
         let visible = same_kind(x, &path, chain.c + 1, x.length() - 1)

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use pathspace_core::Scene;
+use pathspace_core::bsdf::Component;
 use pathspace_core::math::Ray;
 use pathspace_core::path::Vertex;
 use pathspace_core::scene::SurfacePoint;
@@ -20,9 +21,10 @@ pub(super) fn walk(
     scene: &Scene,
     b: &SurfacePoint,
     mut points: Vec<SurfacePoint>,
+    components: &[Component],
     c: &Vertex,
 ) -> Option<Vec<SurfacePoint>> {
-    let mut constraints = Constraints::new(scene, b, &points, c);
+    let mut constraints = Constraints::new(scene, b, &points, components, c);
     let mut traced = false;
     for _ in 0..MAX_STEPS {
         let residual = constraints.residual();
@@ -37,7 +39,7 @@ pub(super) fn walk(
         let mut part = 1.0;
         loop {
             if let Some(next) = moved(scene, b, &points, &step, part) {
-                let there = Constraints::new(scene, b, &next, c);
+                let there = Constraints::new(scene, b, &next, components, c);
                 // At the accuracy of positions a step may no longer be better.
                 if there.residual() < residual || there.residual() < 1.0 {
                     (points, constraints, traced) = (next, there, true);

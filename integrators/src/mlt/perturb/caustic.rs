@@ -4,9 +4,9 @@
 //! is connected to it. It moves caustics as the lens perturbation moves what is seen.
 
 use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{Event, TransportMode};
 use pathspace_core::measure::Density;
-use pathspace_core::path::Vertex;
+use pathspace_core::path::{Path, Vertex};
 use pathspace_core::random::RandomStream;
 
 use super::super::emission;
@@ -14,7 +14,7 @@ use super::super::mutator::{Candidate, Kept, Mutator};
 use super::super::path::MltPath;
 use super::Sizes;
 use super::kernel::LogUniform;
-use super::walk::{follow, hit_like, same_kind, sure_lobe_density};
+use super::walk::{follow, hit_like, same_kind, sure_density};
 
 /// The caustic perturbation.
 #[derive(Clone, Debug)]
@@ -32,11 +32,11 @@ impl Caustic {
     /// The vertex whose direction is perturbed.
     fn pivot(x: &MltPath) -> Option<usize> {
         let k = x.length();
-        if k < 3 || x.is_delta(k - 1) || !x.is_delta(k - 2) {
+        if k < 3 || x.is_specular(k - 1) || !x.is_specular(k - 2) {
             return None;
         }
         let mut i = k - 2;
-        while i > 0 && x.is_delta(i) {
+        while i > 0 && x.is_specular(i) {
             i -= 1;
         }
         Some(i)
@@ -95,11 +95,10 @@ impl Mutator for Caustic {
             let point = hit_like(scene, &ray, x, i)?;
             *vertex = Vertex::Surface(point);
             if i < k - 1 {
-                let event = x.delta_event(i)?;
-                ray = follow(scene, &point, -ray.d, event, TransportMode::Importance)?;
+                ray = follow(scene, &point, -ray.d, x.event(i), TransportMode::Importance)?;
             }
         }
-        let path = MltPath::new(scene, vertices)?;
+        let path = MltPath::new(scene, Path::new(vertices, x.path().events.clone()))?;
         let v = path.vertices();
         let visible = scene.visible(&v[k - 1], &v[k]);
         visible.then(|| Candidate { path, kept: Caustic::kept(pivot) })
@@ -127,7 +126,9 @@ impl Mutator for Caustic {
         let mut ln = first.value().ln();
         for i in pivot + 1..k - 1 {
             let edge = y.edge(i);
-            let pdf = sure_lobe_density(scene, y.vertices()[i].surface()?, edge.direction());
+            let Event::Specular(component) = y.event(i) else { return None };
+            let point = y.vertices()[i].surface()?;
+            let pdf = sure_density(scene, point, edge.direction(), component);
             ln += edge.to_area(Density::new(pdf)).value().ln();
         }
         ln.is_finite().then_some(ln)

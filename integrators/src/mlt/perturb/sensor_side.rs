@@ -6,10 +6,10 @@
 //! hit an emitter again.
 
 use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
+use pathspace_core::bsdf::{Event, TransportMode};
 use pathspace_core::math::Ray;
 use pathspace_core::measure::Density;
-use pathspace_core::path::Vertex;
+use pathspace_core::path::{Path, Vertex};
 use pathspace_core::random::RandomStream;
 
 use super::super::emission;
@@ -17,7 +17,7 @@ use super::super::mutator::{Candidate, Kept, Mutator};
 use super::super::path::MltPath;
 use super::Sizes;
 use super::kernel::LogUniform;
-use super::walk::{follow, hit_like, same_kind, sure_lobe_density};
+use super::walk::{follow, hit_like, same_kind, sure_density};
 
 /// Where the walk from the sensor ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,13 +34,13 @@ impl Plan {
         let mut turns = 0;
         let mut i = x.length() - 1;
         loop {
-            while i > 0 && x.is_delta(i) {
+            while i > 0 && x.is_specular(i) {
                 i -= 1;
             }
             if i == 0 {
-                return (!x.is_delta(0)).then_some(Plan { kept: 0, turns });
+                return (!x.is_specular(0)).then_some(Plan { kept: 0, turns });
             }
-            if i == 1 || !x.is_delta(i - 1) {
+            if i == 1 || !x.is_specular(i - 1) {
                 return Some(Plan { kept: i, turns });
             }
             turns += 1;
@@ -101,8 +101,8 @@ impl SensorSide {
             let point = hit_like(scene, &ray, x, i)?;
             vertices[i] = Vertex::Surface(point);
             if i > plan.kept {
-                ray = if x.is_delta(i) {
-                    follow(scene, &point, -ray.d, x.delta_event(i)?, mode)?
+                ray = if x.is_specular(i) {
+                    follow(scene, &point, -ray.d, x.event(i), mode)?
                 } else {
                     point.spawn(self.angle.sample_direction(-x.edge(i - 1).direction(), u))
                 };
@@ -127,10 +127,14 @@ impl SensorSide {
         // The walk at x_i chose the way to x_{i−1}.
         for i in (plan.kept + 1..k).rev() {
             let edge = y.edge(i - 1).reversed();
-            let pdf = if y.is_delta(i) {
-                sure_lobe_density(scene, y.vertices()[i].surface()?, edge.direction())
-            } else {
-                self.angle.direction_density(-x.edge(i - 1).direction(), edge.direction())
+            let pdf = match y.event(i) {
+                Event::Specular(component) => {
+                    let point = y.vertices()[i].surface()?;
+                    sure_density(scene, point, edge.direction(), component)
+                }
+                Event::NonSpecular => {
+                    self.angle.direction_density(-x.edge(i - 1).direction(), edge.direction())
+                }
             };
             ln += edge.to_area(Density::new(pdf)).value().ln();
         }
@@ -144,7 +148,8 @@ impl SensorSide {
         plan: Plan,
         u: &mut RandomStream,
     ) -> Option<Candidate> {
-        let path = MltPath::new(scene, self.walk(scene, x, plan, u)?)?;
+        let vertices = self.walk(scene, x, plan, u)?;
+        let path = MltPath::new(scene, Path::new(vertices, x.path().events.clone()))?;
         let v = path.vertices();
         let visible = plan.kept == 0 || scene.visible(&v[plan.kept], &v[plan.kept - 1]);
         visible.then(|| Candidate { path, kept: plan.kept() })

@@ -1,45 +1,52 @@
-//! Walks of perturbations: along the delta lobes that the unperturbed path took.
+//! Walks of perturbations: along the specular components that the unperturbed path took.
 
 use glam::Vec3;
 use pathspace_core::Scene;
-use pathspace_core::bsdf::{ScatterEvent, TransportMode};
+use pathspace_core::bsdf::{Component, Event, TransportMode};
 use pathspace_core::math::Ray;
 use pathspace_core::scene::SurfacePoint;
 
-use super::super::lobe;
 use super::super::path::MltPath;
 
-/// The ray that goes on from `point`, reached from direction `from`, by the delta lobe of `event`; `None` where there is no such lobe.
+/// The ray that goes on from `point`, reached from direction `from`, by a specular event; `None` where the surface has no such component there.
 pub(super) fn follow(
     scene: &Scene,
     point: &SurfacePoint,
     from: Vec3,
-    event: ScatterEvent,
+    event: Event,
     mode: TransportMode,
 ) -> Option<Ray> {
-    lobe::direction(scene, point, from, event, mode).map(|d| point.spawn(d))
+    let Event::Specular(component) = event else { return None };
+    let sample = scene.bsdf(point).specular(point.frame.to_local(from), component, mode)?;
+    Some(point.spawn(point.frame.to_world(sample.wi)))
 }
 
-/// Density per solid angle of the direction `to` of a delta lobe that is taken for sure, relative to the common delta function:
+/// Density per solid angle of the direction `to` of a specular component that is taken for sure, relative to the common delta function:
 /// n_to² |ω_to·n_s|.
-pub(super) fn sure_lobe_density(scene: &Scene, point: &SurfacePoint, to: Vec3) -> f64 {
+pub(super) fn sure_density(
+    scene: &Scene,
+    point: &SurfacePoint,
+    to: Vec3,
+    component: Component,
+) -> f64 {
     let local = point.frame.to_local(to);
-    let n = f64::from(scene.bsdf(point).relative_ior(local));
+    let n = f64::from(scene.bsdf(point).relative_ior(local, component));
     n * n * f64::from(local.z.abs())
 }
 
-/// True where the paths have the same length and the same kinds of vertices, delta lobes included, between x_first and x_last.
+/// True where the paths have the same length and the same kinds of vertices, specular components included, between x_first and x_last.
 pub(in crate::mlt) fn same_kind(x: &MltPath, y: &MltPath, first: usize, last: usize) -> bool {
     x.length() == y.length()
-        && (first..=last).all(|i| {
-            let inner = i > 0 && i < x.length();
-            x.is_delta(i) == y.is_delta(i)
-                && (!inner || !x.is_delta(i) || x.delta_event(i) == y.delta_event(i))
-        })
+        && (first..=last).all(|i| x.is_specular(i) == y.is_specular(i) && x.event(i) == y.event(i))
 }
 
-/// Where a walk hits a surface of the kind of x_i: a delta vertex or one that spreads.
+/// Where a walk hits a surface on which the event of x_i can happen, as far as the side alone tells.
 pub(super) fn hit_like(scene: &Scene, ray: &Ray, x: &MltPath, i: usize) -> Option<SurfacePoint> {
     let point = scene.intersect(ray)?;
-    (scene.is_delta_at(&point, -ray.d) == x.is_delta(i)).then_some(point)
+    let possible = match x.event(i) {
+        Event::NonSpecular => scene.is_connectible(&point, -ray.d),
+        // Whoever follows the component finds out; f is 0 where it is not there.
+        Event::Specular(_) => true,
+    };
+    possible.then_some(point)
 }

@@ -13,20 +13,27 @@
 //!
 //! d_j = 1 but for next-event estimation (s = 1, t ≥ 2), whose x₀ is sampled for x₁: d₁ = (p_direct(x₀|x₁)/p_emission(x₀))^β.
 //!
-//! Delta vertices take part with their relative densities (see `pathspace_core::path`), and χ = 0 on both sides of them: never a sentinel value of a pdf.
+//! **Merges** (Georgiev et al. 2012; Georgiev 2012, eq. 20). A merge at v_j needs v_j on a light and a sensor subpath; beside a connection it counts as if the walk on one
+//! side went one vertex further and the density of that step were multiplied by η, so that K_j has one term more:
+//!
+//! K_j = χ_j d_j + [v_{j−1} merges] (η p′(v_{j−1}))^β + ρ_{j−1}^β K_{j−1} .
+//!
+//! η = 0 where merges take no part ([`Weights::with_merges`]).
+//!
+//! Specular vertices take part with their relative densities (see [`crate::path`]), and χ = 0 on both sides of them: never a sentinel
+//! value of a pdf.
 
-use pathspace_core::Scene;
-use pathspace_core::bsdf::TransportMode;
-use pathspace_core::measure::{Area, Density};
-use pathspace_core::mis::Heuristic;
-use pathspace_core::path::Vertex;
-
-use super::subpath::{Subpath, SubpathVertex};
+use super::subpath::{Subpath, WalkVertex};
 use super::techniques::TechniqueSet;
+use crate::bsdf::TransportMode;
+use crate::measure::{Area, Density};
+use crate::mis::Heuristic;
+use crate::path::Vertex;
+use crate::scene::Scene;
 
 /// What a vertex carries for the weights.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WeightState {
+pub struct WeightState {
     /// K_{j−1} at vertex v_j.
     pub running: f64,
     /// p′(v_{j−2})/p(v_{j−2}) at vertex v_j, for the chain.
@@ -37,45 +44,55 @@ pub(super) struct WeightState {
 
 /// How weights are computed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Weights {
+pub struct Weights {
+    /// How techniques share a path.
     pub heuristic: Heuristic,
+    /// Techniques that take part.
     pub techniques: TechniqueSet,
     /// Exponent where the running sums are exact.
     beta: Option<f64>,
     pinhole: bool,
     delta_emitter: bool,
+    /// η, 0 where merges take no part.
+    eta: f64,
+    /// Connections (s, t ≥ 1) take part.
+    connections: bool,
 }
 
 /// One side of a path whose weight is asked for.
 #[derive(Clone, Copy)]
-pub(super) struct Side<'a> {
+pub struct Side<'a> {
     /// The vertices of the subpath that take part; may be none (s = 0 or t = 0).
-    pub vertices: &'a [SubpathVertex],
+    pub vertices: &'a [WalkVertex],
     /// p′ of the last vertex.
     pub last: Density<Area>,
     /// p′ of the one before.
     pub before: Density<Area>,
     /// Whether the last vertex can end a connection, as the end of the path it is here.
     pub connectible: bool,
+    /// Whether subpaths can merge there: an inner vertex, whose event is not specular because a connection ends at it.
+    pub merges: bool,
     /// d of the technique that ends one vertex earlier on this side.
     pub direct: f64,
 }
 
 impl<'a> Side<'a> {
     /// The side without vertices.
-    pub(super) fn empty() -> Self {
+    pub fn empty() -> Self {
         Side {
             vertices: &[],
             last: Density::ZERO,
             before: Density::ZERO,
             connectible: false,
+            merges: false,
             direct: 1.0,
         }
     }
 }
 
 impl Weights {
-    pub(super) fn new(
+    /// For walks in a scene with a pinhole or not; `delta_emitter`: x₀ can not be hit.
+    pub fn new(
         heuristic: Heuristic,
         techniques: TechniqueSet,
         pinhole: bool,
@@ -87,11 +104,27 @@ impl Weights {
             Heuristic::Power { beta } => Some(beta),
             _ => None,
         };
-        Weights { heuristic, techniques, beta, pinhole, delta_emitter }
+        Weights { heuristic, techniques, beta, pinhole, delta_emitter, eta: 0.0, connections: true }
+    }
+
+    /// Weights of vertex connection and merging: s = 0, connections if `connections`, and merges of worth `eta` = N π r², N light
+    /// subpaths and radius r. Nothing hits the lens. `power` is β.
+    pub fn with_merges(power: f64, connections: bool, eta: f64) -> Self {
+        let heuristic = Heuristic::Power { beta: power };
+        let techniques = TechniqueSet::WITHOUT_LENS;
+        let beta = Some(power);
+        let (pinhole, delta_emitter) = (true, false);
+        Weights { heuristic, techniques, beta, pinhole, delta_emitter, eta, connections }
+    }
+
+    /// True where connections or hits (s, t) take part.
+    #[inline]
+    pub fn takes_part(&self, s: usize, t: usize) -> bool {
+        self.techniques.contains(s, t) && (self.connections || s == 0)
     }
 
     /// These weights for paths that start on a given emitter.
-    pub(super) fn for_emitter(self, delta_emitter: bool) -> Self {
+    pub fn for_emitter(self, delta_emitter: bool) -> Self {
         Weights { delta_emitter, ..self }
     }
 
@@ -132,21 +165,30 @@ impl Weights {
         }
         let (last, before) = (&subpath[n - 1], &subpath[n - 2]);
         state.ratio_before = backward / before.pdf;
-        let can = before.connectible && last.connectible;
-        state.running =
-            self.run_on(can, last.weight.direct, state.ratio_before, last.weight.running);
+        let can = before.ends() && last.ends();
+        let (direct, running) = (last.weight.direct, last.weight.running);
+        state.running = self.run_on(can, direct, state.ratio_before, running);
+        if self.eta > 0.0 {
+            state.running += self.merge(before, backward);
+        }
         state
     }
 
-    /// K_j = χ_j d_j + ρ_{j−1}^β K_{j−1}.
+    /// χ_j d_j + ρ_{j−1}^β K_{j−1}.
     #[inline]
     fn run_on(&self, can: bool, direct: f64, ratio: f64, running: f64) -> f64 {
-        let here = if can { self.power(direct) } else { 0.0 };
+        let here = if can && self.connections { self.power(direct) } else { 0.0 };
         here + self.power(ratio) * running
     }
 
+    /// (η p′)^β of the merge at `v`; 0 where nothing merges there.
+    #[inline]
+    fn merge(&self, v: &WalkVertex, opposite: Density<Area>) -> f64 {
+        if v.merges() { self.power(self.eta * opposite.value()) } else { 0.0 }
+    }
+
     /// w_{s,t} of a path made of two sides; `own` is d of the technique itself.
-    pub(super) fn weight(&self, light: Side, sensor: Side, own: f64) -> f64 {
+    pub fn weight(&self, light: Side, sensor: Side, own: f64) -> f64 {
         if self.beta.is_none() {
             return self.weight_by_chain(light, sensor, own);
         }
@@ -162,16 +204,36 @@ impl Weights {
             [] => 0.0,
             [only] => self.power(side.last / only.pdf) * f64::from(self.start_can_be_hit(mode)),
             [.., before, last] => {
-                let can = before.connectible && side.connectible;
-                let one_less = if can { self.power(side.direct) } else { 0.0 };
-                let two_less = self.power(side.before / before.pdf) * last.weight.running;
-                self.power(side.last / last.pdf) * (one_less + two_less)
+                let sum = self.power(side.last / last.pdf) * self.k(&side, before, last);
+                let merge = self.eta > 0.0 && side.merges;
+                if merge { sum + self.power(self.eta * side.last.value()) } else { sum }
             }
         }
     }
 
+    /// K of a side at its last vertex.
+    #[inline]
+    fn k(&self, side: &Side, before: &WalkVertex, last: &WalkVertex) -> f64 {
+        let can = before.ends() && side.connectible;
+        let ratio = side.before / before.pdf;
+        let k = self.run_on(can, side.direct, ratio, last.weight.running);
+        if self.eta > 0.0 { k + self.merge(before, side.before) } else { k }
+    }
+
+    /// w of a merge of the last vertices of both sides (Georgiev 2012, eqs. 37–39): η^β / (η^β + K_light/p_light^β + K_sensor/p_sensor^β). `last` of a side
+    /// is not asked for. `None` where a side has no vertex before the merged one.
+    pub fn merge_weight(&self, light: Side, sensor: Side) -> Option<f64> {
+        let own = self.power(self.eta);
+        let mut sum = own;
+        for side in [light, sensor] {
+            let [.., before, last] = side.vertices else { return None };
+            sum += self.k(&side, before, last) / self.power(last.pdf.value());
+        }
+        Some(own / sum)
+    }
+
     /// The same weight from all ratios of densities, for any heuristic and any set of techniques; O(k).
-    pub(super) fn weight_by_chain(&self, light: Side, sensor: Side, own: f64) -> f64 {
+    pub fn weight_by_chain(&self, light: Side, sensor: Side, own: f64) -> f64 {
         let (s, t) = (light.vertices.len(), sensor.vertices.len());
         let mut densities = Vec::with_capacity(s + t + 1);
         densities.push(own);
@@ -195,8 +257,8 @@ impl Weights {
                 };
                 let can = match j {
                     0 => self.start_can_be_hit(mode),
-                    _ if j + 1 == n => side.vertices[j - 1].connectible && side.connectible,
-                    _ => side.vertices[j - 1].connectible && v.connectible,
+                    _ if j + 1 == n => side.vertices[j - 1].ends() && side.connectible,
+                    _ => side.vertices[j - 1].ends() && v.ends(),
                 };
                 let direct = if j + 1 == n { side.direct } else { v.weight.direct };
                 if can && self.techniques.contains(s, t) {
@@ -209,7 +271,7 @@ impl Weights {
 }
 
 /// p_direct(x₀|x₁)/p_emission(x₀).
-pub(super) fn direct_ratio(scene: &Scene, x0: &SubpathVertex, x1: &Vertex) -> f64 {
+fn direct_ratio(scene: &Scene, x0: &WalkVertex, x1: &Vertex) -> f64 {
     match x1.position() {
         Some(p) => scene.pdf_direct(p, &x0.vertex) / x0.pdf,
         None => 1.0,
@@ -218,11 +280,9 @@ pub(super) fn direct_ratio(scene: &Scene, x0: &SubpathVertex, x1: &Vertex) -> f6
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-    use pathspace_core::random::{Address, PrimarySample, RandomStream};
-
-    use super::super::connect::first_vertex;
     use super::*;
+    use crate::random::{Address, PrimarySample, RandomStream};
+    use glam::Vec3;
 
     /// A subpath of random densities and delta vertices; only what weights look at is set.
     fn random_subpath(
@@ -235,7 +295,7 @@ mod tests {
         for j in 0..n {
             let ln = |u: &mut RandomStream| 20.0 * (u.next() as f64 - 0.5);
             let pdf = Density::new(ln(u).exp());
-            let mut v = first_vertex(Vertex::Sensor { p: Vec3::ZERO, n: Vec3::Z }, pdf);
+            let mut v = WalkVertex::first(Vertex::Sensor { p: Vec3::ZERO, n: Vec3::Z }, pdf);
             v.connectible = j == 0 || u.next() < 0.7;
             if j == 1 {
                 v.weight.running = f64::from(weights.start_can_be_hit(mode));
@@ -243,7 +303,7 @@ mod tests {
             } else if j >= 2 {
                 let (last, before) = (&subpath[j - 1], &subpath[j - 2]);
                 v.weight.ratio_before = ln(u).exp() / before.pdf.value();
-                let can = before.connectible && last.connectible;
+                let can = before.ends() && last.ends();
                 let (direct, running) = (last.weight.direct, last.weight.running);
                 v.weight.running = weights.run_on(can, direct, v.weight.ratio_before, running);
             }
@@ -254,7 +314,8 @@ mod tests {
 
     fn side<'a>(subpath: &'a Subpath, direct: f64, u: &mut RandomStream) -> Side<'a> {
         let mut density = || Density::new((20.0 * (u.next() as f64 - 0.5)).exp());
-        Side { vertices: subpath, last: density(), before: density(), connectible: true, direct }
+        let (last, before) = (density(), density());
+        Side { vertices: subpath, last, before, connectible: true, merges: false, direct }
     }
 
     #[test]

@@ -22,6 +22,9 @@ impl TechniqueSet {
         TechniqueSet { s: (*s.start(), *s.end()), t: (*t.start(), *t.end()) }
     }
 
+    /// Every technique that does not hit the lens.
+    pub const WITHOUT_LENS: TechniqueSet = TechniqueSet { s: (0, MANY), t: (1, MANY) };
+
     /// True where (s, t) takes part.
     #[inline]
     pub fn contains(&self, s: usize, t: usize) -> bool {
@@ -46,7 +49,7 @@ impl TechniqueSet {
     }
 
     /// Reads a range `2`, `0..3` (both ends count), `1..`, `..4`.
-    pub(crate) fn parse_range(text: &str) -> Option<RangeInclusive<u16>> {
+    pub fn parse_range(text: &str) -> Option<RangeInclusive<u16>> {
         let number = |t: &str, default: u16| {
             if t.is_empty() { Some(default) } else { t.parse().ok().filter(|&n| n < MANY) }
         };

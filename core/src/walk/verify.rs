@@ -2,10 +2,10 @@
 
 use std::cell::Cell;
 
-use pathspace_core::Scene;
-use pathspace_core::path::{Path, Technique, WalkRules, ln_density};
-
-use super::subpath::{SubpathVertex, WalkConfig};
+use super::connect::joined;
+use super::subpath::{Walk, WalkVertex};
+use crate::path::{Technique, WalkRules, ln_density};
+use crate::scene::Scene;
 
 /// How seldom: the oracle takes the time of thousands of weights.
 const EVERY: u64 = 1024;
@@ -27,28 +27,26 @@ thread_local! {
 /// Where they differ: a bug in the running sums.
 pub(super) fn verify(
     scene: &Scene,
-    config: &WalkConfig,
-    light: &[SubpathVertex],
-    sensor: &[SubpathVertex],
+    walk: &Walk,
+    light: &[WalkVertex],
+    sensor: &[WalkVertex],
     weight: f64,
 ) {
     let seen = SEEN.with(|n| n.replace(n.get() + 1));
     if !seen.is_multiple_of(EVERY) {
         return;
     }
-    let vertices: Vec<_> = light.iter().chain(sensor.iter().rev()).map(|v| v.vertex).collect();
-    let path = Path { vertices };
-    let rules =
-        WalkRules { max_length: None, rr_depth: if config.roulette { 1 } else { u32::MAX } };
+    let path = joined(light, sensor);
+    let rules = WalkRules { max_length: None, rr_depth: walk.rr_depth };
     let k = path.length();
     let densities: Vec<_> = (0..=k + 1)
         .map(|s| {
             let t = k + 1 - s;
-            let on = config.weights.techniques.contains(s, t);
+            let on = walk.weights.techniques.contains(s, t);
             on.then(|| ln_density(scene, &path, Technique::new(s, t), &rules)).flatten()
         })
         .collect();
-    let oracle = config.weights.heuristic.weight_ln(light.len(), &densities);
+    let oracle = walk.weights.heuristic.weight_ln(light.len(), &densities);
     let shortest = path
         .vertices
         .windows(2)
