@@ -8,7 +8,6 @@ const SPECS: &[&str] = &[
     "pt:nee=false",
     "bdpt:connect=one",
     "bdpt:connect=cache",
-    "bdpt:roulette=false",
     "pssmlt:over=pt",
     "pssmlt:mis=false",
     "pssmlt:kernel=gaussian",
