@@ -97,7 +97,7 @@ fn a_disk_close_over_a_ground_is_seen_from_any_side() {
                 let o = (u * rng.random_range(-3.0..3.0) + v * rng.random_range(-3.0..3.0))
                     + n * rng.random_range(0.5..2.0);
                 let r = 0.69 * rng.random::<f32>().sqrt();
-                let (sin, cos) = (6.28 * rng.random::<f32>()).sin_cos();
+                let (sin, cos) = (std::f32::consts::TAU * rng.random::<f32>()).sin_cos();
                 let target = n * gap + u * (r * cos) + v * (r * sin);
                 let ray = Ray::new(o, target - o);
                 let Some(hit) = a.closest(&ray).filter(|h| h.prim == 2) else { return true };
