@@ -254,7 +254,7 @@ impl Hits {
                 let Some(s) = bsdf.sample(wo, u[0], [u[1], u[2]], TransportMode::Radiance) else {
                     return none;
                 };
-                let specular = s.is_delta();
+                let specular = s.event().is_specular();
                 let pdf = if specular { 0.0 } else { bsdf.pdf(wo, s.wi).value() };
                 (frame.to_world(s.wi).to_array(), s.weight.to_array(), pdf, specular)
             };

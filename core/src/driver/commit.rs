@@ -12,6 +12,9 @@ const AHEAD: u64 = 8;
 /// Bands of the film for each thread: with more bands than threads one that finds a band taken goes on with another.
 const BANDS: usize = 2;
 
+/// A chunk that waits, with its index.
+type Slot = Mutex<Option<(u64, Arc<Sorted>)>>;
+
 /// The film while a step is under way.
 ///
 /// Chunk i waits in slot i mod n until every band has taken it. The band that is furthest behind says how far the others may go, so that no more
@@ -19,7 +22,7 @@ const BANDS: usize = 2;
 pub(super) struct Commit<'a> {
     raster: &'a Raster,
     band_rows: usize,
-    slots: Vec<Mutex<Option<(u64, Arc<Sorted>)>>>,
+    slots: Vec<Slot>,
     bands: Vec<Mutex<Band<'a>>>,
     /// By band, the index of the chunk that it takes next.
     next: Vec<AtomicU64>,

@@ -33,6 +33,9 @@ pub fn is_on(index: usize) -> bool {
 const SWITCH_FILE: &str = "core/src/mutant.rs";
 const ROOT_FILE: &str = "core/src/lib.rs";
 
+/// Where a text is replaced, by what, and the name of the mutant.
+type Planted<'a> = (Range<usize>, String, &'a str);
+
 /// The files that the mutants change, with all of their changes in place.
 ///
 /// # Errors
@@ -41,7 +44,7 @@ pub fn planted(
     source: &Path,
     mutants: &[Mutant],
 ) -> Result<BTreeMap<PathBuf, String>, MutantError> {
-    let mut files: BTreeMap<&str, Vec<(Range<usize>, String, &str)>> = BTreeMap::new();
+    let mut files: BTreeMap<&str, Vec<Planted<'_>>> = BTreeMap::new();
     let mut texts: BTreeMap<&str, String> = BTreeMap::new();
     for (index, mutant) in mutants.iter().enumerate() {
         if mutant.edits.is_empty() {

@@ -53,20 +53,14 @@ pub(crate) fn compare_on(
     let seed = seed_of(config.seed, name);
     let mut contenders = Contender::all(scene, integrators, &tiles, config, pairing, seed);
     let chosen = pairing.pairs(contenders.len());
+    let setting = Setting { name, scene, chosen: &chosen, tiles: &tiles, config };
     let judged = match config.method {
-        Method::Rounds { most, growth } => rounds(
-            name,
-            scene,
-            &mut contenders,
-            &chosen,
-            &tiles,
-            config,
-            (level, most, growth),
-            watch,
-        ),
+        Method::Rounds { most, growth } => {
+            rounds(&setting, &mut contenders, (level, most, growth), watch)
+        }
         Method::Sequential { batch, most } => {
             let limits = sequential::Limits { level, batch, most };
-            sequential::run(name, scene, &mut contenders, &chosen, &tiles, config, limits, watch)
+            sequential::run(&setting, &mut contenders, limits, watch)
         }
     };
     let (pairs, error) = match judged {
@@ -92,16 +86,23 @@ struct Trial {
     report: Option<PairReport>,
 }
 
+/// What is compared, and where.
+pub(super) struct Setting<'a> {
+    pub name: &'a str,
+    pub scene: &'a Arc<Scene>,
+    /// Pairs of contenders.
+    pub chosen: &'a [(usize, usize)],
+    pub tiles: &'a Tiles,
+    pub config: &'a Config,
+}
+
 fn rounds(
-    name: &str,
-    scene: &Arc<Scene>,
+    setting: &Setting<'_>,
     contenders: &mut [Contender<'_>],
-    chosen: &[(usize, usize)],
-    tiles: &Tiles,
-    config: &Config,
     (level, most, growth): (f64, u32, u32),
     watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Option<Vec<PairReport>>, StatsError> {
+    let Setting { name, scene, chosen, tiles, config } = *setting;
     let mut trials = Vec::new();
     for &arms in chosen {
         trials.push(Trial { arms, test: Confirmed::new(level, most)?, open: true, report: None });

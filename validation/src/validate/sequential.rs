@@ -8,7 +8,7 @@ use pathspace_core::Scene;
 
 use super::arms::Contender;
 use super::config::Config;
-use super::pairs::suspicious;
+use super::pairs::{Setting, suspicious};
 use super::report::{PairReport, RoundReport};
 use crate::pairs::{Arm, Observation, PathClass, Tiles, judge, tile_maps, well_sampled};
 use crate::stats::{
@@ -38,15 +38,12 @@ struct Watched {
 
 /// The first batch chooses the path classes and is not tested; each later one is pushed replicate by replicate.
 pub(super) fn run(
-    name: &str,
-    scene: &Arc<Scene>,
+    setting: &Setting<'_>,
     contenders: &mut [Contender<'_>],
-    chosen: &[(usize, usize)],
-    tiles: &Tiles,
-    config: &Config,
     limits: Limits,
     watch: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Option<Vec<PairReport>>, StatsError> {
+    let Setting { name, scene, chosen, tiles, config } = *setting;
     let batch = limits.batch.max(2);
     let most = limits.most.max(batch) as u64;
     let mut pairs: Vec<Watched> = Vec::new();
