@@ -151,8 +151,11 @@ fn load(args: &SceneArgs) -> Result<LoadedScene> {
     Ok(pathspace_scenes::load_with(&Disk, path, &options)?)
 }
 
+/// A name of Mitsuba, ours, and an option with its value.
+type Alias = (&'static str, &'static str, Option<(&'static str, &'static str)>);
+
 /// Names that integrators have in Mitsuba 3, with what they are here.
-const ALIASES: [(&str, &str, Option<(&str, &str)>); 4] = [
+const ALIASES: [Alias; 4] = [
     ("path", "pt", None),
     ("volpath", "pt", None),
     ("ptracer", "lt", None),

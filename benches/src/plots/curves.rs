@@ -33,7 +33,7 @@ pub(super) fn curve_plot(scene: &SceneResults, series: impl Fn(&str) -> usize) -
         sheet.text([LEFT - 6.0, at + 0.35 * FONT], &label, Ink::Soft, Anchor::End);
     }
     let middle = 0.5 * (LEFT + right);
-    sheet.text([middle, bottom + 36.0], "seconds (MSE upwards)", Ink::Ink, Anchor::Middle);
+    sheet.text([middle, bottom + 36.0], "seconds (MSE upwards)", Ink::Text, Anchor::Middle);
     let mut ends: Vec<(f64, f64, &str, Ink)> = Vec::new();
     for arm in &scene.arms {
         let ink = Ink::Series(series(&arm.integrator));

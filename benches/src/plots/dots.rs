@@ -45,11 +45,16 @@ pub(super) fn dot_plot(rows: &[Dot], axis_label: &str, mark: Option<f64>) -> Opt
         sheet.line(&[[x, 2.0], [x, bottom]], 1.2, Ink::Soft, false);
     }
     sheet.line(&[[left, bottom], [WIDTH - RIGHT, bottom]], 1.0, Ink::Soft, false);
-    sheet.text([0.5 * (left + WIDTH - RIGHT), bottom + 36.0], axis_label, Ink::Ink, Anchor::Middle);
+    sheet.text(
+        [0.5 * (left + WIDTH - RIGHT), bottom + 36.0],
+        axis_label,
+        Ink::Text,
+        Anchor::Middle,
+    );
     for (n, row) in rows.iter().enumerate() {
         let y = 6.0 + ROW * (n as f64 + 0.5) + if row.apart { gap } else { 0.0 };
         let ink = Ink::Series(row.series);
-        sheet.text([left - 10.0, y + 0.35 * FONT], &row.label, Ink::Ink, Anchor::End);
+        sheet.text([left - 10.0, y + 0.35 * FONT], &row.label, Ink::Text, Anchor::End);
         if row.low.is_finite() && row.high.is_finite() {
             sheet.line(&[[axis.at(row.low), y], [axis.at(row.high), y]], 2.0, ink, row.apart);
         }

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ink {
     /// Text.
-    Ink,
+    Text,
     /// Text and lines of less weight.
     Soft,
     /// Lines of the grid.
@@ -31,7 +31,7 @@ impl Ink {
     /// Red, green and blue on white paper.
     pub(super) fn rgb(self) -> [u8; 3] {
         match self {
-            Ink::Ink => [0x18, 0x20, 0x2b],
+            Ink::Text => [0x18, 0x20, 0x2b],
             Ink::Soft => [0x55, 0x61, 0x6f],
             Ink::Line => [0xd9, 0xde, 0xe5],
             Ink::Surface => [0xff; 3],

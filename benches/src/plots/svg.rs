@@ -7,7 +7,7 @@ use super::drawing::{Anchor, Drawing, FONT, Ink, Item};
 /// With the colours of the page around it.
 pub(super) fn inline(drawing: &Drawing, title: &str) -> String {
     let colour = |ink: Ink| match ink {
-        Ink::Ink => "var(--ink)".into(),
+        Ink::Text => "var(--ink)".into(),
         Ink::Soft => "var(--soft)".into(),
         Ink::Line => "var(--line)".into(),
         Ink::Surface => "var(--surface)".into(),
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn names_can_not_leave_their_element() {
         let mut drawing = Drawing { width: 10.0, height: 10.0, items: Vec::new() };
-        drawing.text([1.0, 2.0], "<script>&\"", Ink::Ink, Anchor::End);
+        drawing.text([1.0, 2.0], "<script>&\"", Ink::Text, Anchor::End);
         let text = file(&drawing, "\"><b>");
         assert!(
             text.contains("&lt;script&gt;&amp;&quot;</text>") && !text.contains("<b>"),

@@ -323,7 +323,7 @@ mod tests {
     /// pairs.
     fn ever_differ(runs: u64, cells: usize, alpha: f64, seed: u64) -> u64 {
         let mut source = Source::new(seed);
-        let names: Vec<Cell> = (0..cells as u32).map(|c| Cell::length(c)).collect();
+        let names: Vec<Cell> = (0..cells as u32).map(Cell::length).collect();
         let config = SequentialConfig { alpha, mdb_limit: 0.0, ..Default::default() };
         (0..runs)
             .filter(|_| {

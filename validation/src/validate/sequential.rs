@@ -2,9 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
-use std::sync::Arc;
-
-use pathspace_core::Scene;
 
 use super::arms::Contender;
 use super::config::Config;
