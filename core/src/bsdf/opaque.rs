@@ -34,6 +34,8 @@ impl Opaque {
             (Opaque::RoughConductor(model), Parameter::SpecularReflectance) => {
                 model.set_factor(colour)
             }
+            (Opaque::Plastic(model), Parameter::Reflectance) => model.set_reflectance(colour),
+            (Opaque::Plastic(model), Parameter::SpecularReflectance) => model.set_factor(colour),
             _ => {}
         }
     }

@@ -24,6 +24,11 @@ use crate::random::coordinate_between;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     eta: f64,
+    /// F_int.
+    inside: f64,
+    nonlinear: bool,
+    /// ρ.
+    reflectance: Rgb,
     specular_reflectance: Rgb,
     /// ρ/(η² (1 − ρ' F_int)).
     base: Rgb,
@@ -50,15 +55,41 @@ impl Plastic {
         check_rgb("diffuse_reflectance", diffuse_reflectance, "values in [0, 1]", unit)?;
         check_factor("specular_reflectance", specular_reflectance)?;
         let eta = int_ior / ext_ior;
-        let inside = diffuse_fresnel(1.0 / eta);
-        let base = diffuse_reflectance.map(|rho| {
+        let mut plastic = Plastic {
+            eta,
+            inside: diffuse_fresnel(1.0 / eta),
+            nonlinear,
+            reflectance: diffuse_reflectance,
+            specular_reflectance,
+            base: Rgb::BLACK,
+            specular_share: 0.0,
+        };
+        plastic.update();
+        Ok(plastic)
+    }
+
+    /// Sets ρ, in \[0, 1\].
+    pub(super) fn set_reflectance(&mut self, reflectance: Rgb) {
+        self.reflectance = reflectance;
+        self.update();
+    }
+
+    /// Sets the factor on the mirror reflection.
+    pub(super) fn set_factor(&mut self, factor: Rgb) {
+        self.specular_reflectance = factor;
+        self.update();
+    }
+
+    /// What follows from the parameters.
+    fn update(&mut self) {
+        let (eta, inside, nonlinear) = (self.eta, self.inside, self.nonlinear);
+        self.base = self.reflectance.map(|rho| {
             let again = if nonlinear { f64::from(rho) * inside } else { inside };
             (f64::from(rho) / (eta * eta * (1.0 - again))) as f32
         });
         let mean = |c: Rgb| f64::from(c.r + c.g + c.b);
-        let (diffuse, specular) = (mean(diffuse_reflectance), mean(specular_reflectance));
-        let specular_share = if specular > 0.0 { specular / (diffuse + specular) } else { 0.0 };
-        Ok(Plastic { eta, specular_reflectance, base, specular_share })
+        let (diffuse, specular) = (mean(self.reflectance), mean(self.specular_reflectance));
+        self.specular_share = if specular > 0.0 { specular / (diffuse + specular) } else { 0.0 };
     }
 
     #[inline]

@@ -58,6 +58,22 @@ fn nested(
                 factor(context, &mut props, "specular_reflectance", 1.0, &mut textures)?;
             MaterialKind::Conductor { eta, k, specular_reflectance }
         }
+        "plastic" => {
+            let int_ior = index_of_refraction(&mut props, "int_ior", "polypropylene")?;
+            let ext_ior = index_of_refraction(&mut props, "ext_ior", "air")?;
+            let mut colour =
+                |name, default| factor(context, &mut props, name, default, &mut textures);
+            let diffuse_reflectance = colour("diffuse_reflectance", 0.5)?;
+            let specular_reflectance = colour("specular_reflectance", 1.0)?;
+            let nonlinear = props.boolean("nonlinear")?.unwrap_or(false);
+            MaterialKind::Plastic {
+                int_ior,
+                ext_ior,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+            }
+        }
         "roughconductor" => rough_conductor(context, &mut props, &mut textures)?,
         "twosided" => {
             let children = props.nested("bsdf")?;

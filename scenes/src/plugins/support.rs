@@ -41,6 +41,7 @@ pub(crate) const TABLE: &[(&str, &str, Support)] = &[
     ("bsdf", "dielectric", Full),
     ("bsdf", "diffuse", Full),
     ("bsdf", "null", Full),
+    ("bsdf", "plastic", Full),
     ("bsdf", "roughconductor", Full),
     ("bsdf", "twosided", Full),
     ("bsdf", "hair", Refused("there is no model of hair")),

@@ -6,9 +6,9 @@ use super::{bsdf, check, scene, shape};
 fn broken_materials_and_lights() {
     check(&[
         (
-            bsdf("plastic\">"),
+            bsdf("bakelite\">"),
             vec![],
-            "bad.xml:3: bsdf type \"plastic\" is not understood; known: conductor, dielectric, diffuse, null, roughconductor, twosided",
+            "bad.xml:3: bsdf type \"bakelite\" is not understood; known: conductor, dielectric, diffuse, null, plastic, roughconductor, twosided",
         ),
         (
             bsdf("diffuse\"><rgb name=\"reflectance\" value=\"1.5, 0, 0\"/>"),
