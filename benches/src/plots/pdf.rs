@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_file_has_its_text_and_its_end() {
         let mut drawing = Drawing { width: 10.0, height: 10.0, items: Vec::new() };
-        drawing.text([1.0, 2.0], "bdpt · π", Ink::Text, Anchor::Start);
+        drawing.text([1.0, 2.0], "bdpt (pt)", Ink::Text, Anchor::Start);
         drawing.items.push(Item::Dot { at: [1.0; 2], radius: 1.0, ink: Ink::Soft, hollow: true });
         let bytes = file(&drawing);
         assert!(bytes.starts_with(b"%PDF-") && bytes.trim_ascii_end().ends_with(b"%%EOF"));
