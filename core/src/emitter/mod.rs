@@ -86,7 +86,7 @@ const EVEN: f64 = 1.0 / 32.0;
 /// All emitters of a scene with the discrete distribution by which one is picked: nearly in proportion to emitted power
 /// (mean of the channels; power through the ball about the surfaces for emitters at infinity).
 ///
-/// A small part ([`EVEN`]) of the picks is spread over all emitters that emit, so that a weak one that is alone in its room is found.
+/// A small part (1 in 32) of the picks is spread over all emitters that emit, so that a weak one that is alone in its room is found.
 /// Probabilities are whole multiples of 2⁻²⁴, at least one, because the number that picks is one too: what [`Emitters::mass`] says is
 /// exactly what [`Emitters::pick`] does.
 #[derive(Clone, Debug)]

@@ -37,7 +37,7 @@ pub enum LayerKey {
         length: u16,
         /// Families that can make the path.
         families: Families,
-        /// The emitter; all from [`MOST_SOURCES`] on share a layer.
+        /// The emitter; all from `MOST_SOURCES` on share a layer.
         emitter: u16,
         /// The family that made it.
         made_by: Families,

@@ -25,7 +25,7 @@
 //! scene and integrator. The minimum is flat: where κ is twice or half of the best, the error is less than a quarter above the least.
 //!
 //! **How long a round is.** The length of a run is not known beforehand. Rounds double, so that a bootstrap never takes more than about 2κ of what was
-//! done before it, and chains grow longer. Beyond [`LARGEST`] samples rounds stay equal, because the candidates of a bootstrap are kept in memory.
+//! done before it, and chains grow longer. Beyond 2¹⁸ samples rounds stay equal, because the candidates of a bootstrap are kept in memory.
 
 use super::ChainOptions;
 
