@@ -69,6 +69,16 @@ impl Analytic {
         }
     }
 
+    /// True where a ray from a point `p` of this surface in direction `d` never meets it again: a sphere is convex. However `p` is
+    /// rounded, near the limb too.
+    #[inline]
+    pub fn is_left_for_good(&self, p: DVec3, d: DVec3) -> bool {
+        match self.shape {
+            Shape::Sphere { center, .. } => (p - center).dot(d) >= 0.0,
+            Shape::Disk { .. } | Shape::Cylinder { .. } => false,
+        }
+    }
+
     /// First hit with `tmin` < t < `tmax`, and its coordinates (a, b) for disks, zeros for spheres and cylinders.
     #[inline]
     pub fn intersect(&self, ray: &Ray64, tmin: f64, tmax: f64) -> Option<(f64, f64, f64)> {

@@ -421,9 +421,11 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32)
             if current.is_analytic() {
                 let (first, count) = current.analytic_range();
                 let (tmin, tmax) = setup.exact.interval();
-                let hit = tree.analytic[first..first + count]
-                    .iter()
-                    .any(|a| a.intersect(exact, tmin, tmax).is_some());
+                let hit = tree.analytic[first..first + count].iter().any(|a| {
+                    let own = (a.prim == ray.from && a.is_left_for_good(exact.o, exact.d))
+                        || (a.prim == to && a.is_left_for_good(exact.o + exact.d, -exact.d));
+                    !own && a.intersect(exact, tmin, tmax).is_some()
+                });
                 if hit {
                     return true;
                 }
