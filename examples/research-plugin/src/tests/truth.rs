@@ -31,7 +31,7 @@ fn merging_in_an_integrating_sphere_gives_the_exact_answer() {
         let plan =
             Plan { replicates: 12, pilot: 6, most: 6, mdb: 0.02, seed: 4, ..Plan::default() };
         let config = CompareConfig { tolerance: 5e-4, ..CompareConfig::default() };
-        let report = exact::measure(sphere, &*vcm, &plan, &config).unwrap();
+        let report = exact::measure(sphere, &*vcm, &plan, &config).unwrap().report;
         for cell in &report.cells {
             let t = &cell.test;
             println!(
