@@ -137,7 +137,7 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
 
 /// How far from an edge a hit is, in errors of its position (2·2⁻²⁴ of its largest coordinate). A wall that meets
 /// the triangle there at an angle θ is then EDGE·sin θ errors away.
-const EDGE: f32 = 32.0;
+const EDGE: f32 = 16.0;
 
 /// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves far.
 const MAX_EDGE_SLIMNESS: f64 = 64.0;
