@@ -140,7 +140,7 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
 const EDGE: f32 = 16.0;
 
 /// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves far.
-const MAX_EDGE_SLIMNESS: f64 = 64.0;
+const MAX_EDGE_SLIMNESS: f64 = 8.0;
 
 /// Error of the intersection test in f64 near a primitive of size 1: some 2⁻⁴⁸, with reserve.
 const TEST_ERROR: f32 = 1.0 / (1_u64 << 46) as f32;
