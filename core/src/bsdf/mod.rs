@@ -27,6 +27,7 @@ mod diffuse;
 mod error;
 mod event;
 pub mod fresnel;
+pub(crate) mod memo;
 pub mod microfacet;
 mod opaque;
 mod plastic;

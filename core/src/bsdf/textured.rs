@@ -1,6 +1,7 @@
 //! Parameters of models that vary over a surface.
 
 use std::ops::Deref;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec2;
@@ -44,12 +45,12 @@ impl Textures {
 }
 
 /// A scattering model at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Resolved<'a> {
     /// The same over the whole surface.
     Constant(&'a Bsdf),
-    /// Made for this point.
-    Here(Bsdf),
+    /// Made for this point ([`super::memo`]).
+    Here(Rc<Bsdf>),
 }
 
 impl Deref for Resolved<'_> {

@@ -1,6 +1,7 @@
 //! From a description to a scene: validation, normalisation, primitives in order, emitters.
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
@@ -14,6 +15,9 @@ use crate::description::*;
 use crate::emitter::{Emitter, Emitters, Environment};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::sensor::Sensor;
+
+/// Scenes that were built so far.
+static SCENES: AtomicU64 = AtomicU64::new(0);
 
 impl Scene {
     /// Builds a scene: checks every value, normalises, builds the tree.
@@ -55,6 +59,7 @@ impl Scene {
             prim_shape,
             materials,
             textures: description.materials.iter().map(|m| Textures::of(&m.kind)).collect(),
+            id: SCENES.fetch_add(1, Ordering::Relaxed),
             emitters,
             sensor,
             film: description.film,

@@ -17,7 +17,7 @@ pub use surface::{NO_EMITTER, SurfacePoint};
 
 use glam::{DVec3, Vec3};
 
-use crate::bsdf::{Bsdf, Resolved, Textures};
+use crate::bsdf::{Bsdf, Resolved, Textures, memo};
 use crate::color::Rgb;
 use crate::description::FilmDescription;
 use crate::driver::count_ray;
@@ -93,6 +93,8 @@ pub struct Scene {
     materials: Vec<Bsdf>,
     /// Of each material, where it has some.
     textures: Vec<Option<Textures>>,
+    /// Tells it from every other scene of the process.
+    id: u64,
     emitters: Emitters,
     sensor: Sensor,
     film: FilmDescription,
@@ -152,13 +154,17 @@ impl Scene {
         &self.accel
     }
 
-    /// The scattering model at a point.
+    /// The scattering model at a point. Textures are looked up once for each hit: what they make of the model is kept for
+    /// connections, densities and weights ([`crate::bsdf::Resolved`]).
     #[inline]
     pub fn bsdf(&self, point: &SurfacePoint) -> Resolved<'_> {
         let model = &self.materials[point.material as usize];
         match &self.textures[point.material as usize] {
             None => Resolved::Constant(model),
-            Some(textures) => Resolved::Here(textures.resolve(model, self.uv(point))),
+            Some(textures) => {
+                let key = memo::Key::new(self.id, point.prim, point.p);
+                Resolved::Here(memo::resolved(key, || textures.resolve(model, self.uv(point))))
+            }
         }
     }
 
