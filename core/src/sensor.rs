@@ -9,11 +9,12 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::description::{Crop, FilmDescription, SensorDescription};
+use crate::error::SceneError;
 use crate::math::{Ray, warp};
 use crate::measure::{Area, Density, Mass, SolidAngle};
-use crate::path::Vertex;
+use crate::normalisation::{Ball, Normalisation};
 use crate::random::nearest_coordinate;
-use crate::scene::{Ball, Normalisation, SceneError};
+use crate::vertex::Vertex;
 
 /// Perspective sensor in the normalised scene.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use pathspace_core::description::*;
-use pathspace_core::emitter::NextDensity;
 use pathspace_core::math::{Frame, Ray};
 use pathspace_core::measure::{Edge, End};
 use pathspace_core::path::Vertex;
+use pathspace_core::scene::NextDensity;
 use pathspace_core::texture::Bitmap;
 use pathspace_core::{Rgb, Scene};
 use rand::RngExt;

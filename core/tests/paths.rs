@@ -6,7 +6,6 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use pathspace_core::bsdf::{Component, Event, TransportMode};
 use pathspace_core::description::*;
-use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::Families;
 use pathspace_core::math::Ray;
 use pathspace_core::measure::Density;
@@ -14,6 +13,7 @@ use pathspace_core::path::{
     Origin, Path, Technique, Vertex, WalkClass, WalkRules, contribution, families, ln_density,
     samplable,
 };
+use pathspace_core::scene::NextDensity;
 use pathspace_core::{Rgb, Scene};
 
 use crate::emitters::inside;

@@ -11,7 +11,6 @@ use std::sync::Arc;
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::color::Rgb;
-use pathspace_core::emitter::NextDensity;
 use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
@@ -20,6 +19,7 @@ use pathspace_core::measure::{Edge, End, Mass};
 use pathspace_core::mis::Heuristic;
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
+use pathspace_core::scene::NextDensity;
 use pathspace_core::walk::{OpenEdge, next_event_numbers, scatter};
 
 use crate::spec::{Defaults, Options, Spec, SpecError};

@@ -27,6 +27,8 @@ pub mod library;
 mod load;
 mod mesh;
 mod note;
+mod numbers;
+mod place;
 mod plugins;
 pub mod source;
 mod spectrum;

@@ -3,12 +3,12 @@
 mod commit;
 mod turns;
 
-use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::film::{Chunk, Film};
 use crate::random::{Address, RandomStream};
+pub use crate::rays::rays_on_this_thread;
 use commit::Commit;
 pub use turns::Turns;
 
@@ -38,21 +38,6 @@ impl std::ops::AddAssign for Work {
         self.samples += other.samples;
         self.rays += other.rays;
     }
-}
-
-thread_local! {
-    static RAYS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts one ray on this thread; the scene's queries call it.
-#[inline]
-pub(crate) fn count_ray() {
-    RAYS.with(|r| r.set(r.get() + 1));
-}
-
-/// Rays that this thread has traced so far.
-pub fn rays_on_this_thread() -> u64 {
-    RAYS.with(Cell::get)
 }
 
 /// One step: runs `f(item, stream, chunk)` for every item in `0..items` and applies what it emits in item

@@ -10,21 +10,16 @@
 //!
 //! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
 
-mod cone;
 pub(crate) mod environment;
-mod inverse;
-mod sample;
-
 pub use environment::Environment;
-pub use sample::{DirectSample, EmissionSample, NextDensity};
 
 use glam::Vec3;
 
 use crate::color::Rgb;
 use crate::math::warp;
 use crate::measure::{Area, Density, Mass};
+use crate::normalisation::Ball;
 use crate::random::coordinate_between;
-use crate::scene::Ball;
 
 /// One emitter of the built scene, in normalised units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! Layers beside the image: per length, per technique, per emitter, per family set.
 
-use super::sink::{Contribution, Families};
+use super::sink::Contribution;
+use crate::path::Families;
 
 /// Names one layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -7,12 +7,13 @@ mod layer;
 mod parts;
 mod sink;
 
+pub use crate::path::Families;
 pub(crate) use bands::{Band, Fresh, Sorted};
 pub use chunk::{Chunk, NonFinite};
 pub use filter::Filter;
 pub use layer::{LayerKey, Layers};
 pub use parts::{FilmError, FilmParts};
-pub use sink::{Contribution, Families, RecordingSink, Sink};
+pub use sink::{Contribution, RecordingSink, Sink};
 
 use std::collections::BTreeMap;
 

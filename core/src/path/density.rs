@@ -1,8 +1,8 @@
 //! Densities p_{s,t}(x̄) of the techniques, and which technique can make a path at all.
 
+use super::Families;
 use super::{Path, Vertex};
 use crate::bsdf::TransportMode;
-use crate::film::Families;
 use crate::measure::{Density, Edge, SolidAngle};
 use crate::scene::Scene;
 
@@ -23,13 +23,7 @@ impl Technique {
 
     /// The family it belongs to.
     pub fn family(self) -> Families {
-        match (self.s, self.t) {
-            (0, _) => Families::S0,
-            (_, 0) => Families::T0,
-            (_, 1) => Families::T1,
-            (1, _) => Families::S1,
-            _ => Families::INNER,
-        }
+        Families::of_technique(self.s as u16, self.t as u16)
     }
 }
 

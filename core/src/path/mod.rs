@@ -3,17 +3,18 @@
 //! I_j = ∫_Ω f_j(x̄) dμ(x̄), f(x̄) = L_e(x₀→x₁) G f̄_s G … G W_e(x_{k−1}→x_k) (Veach 1997, eq. 8.7). The functions here
 //! take a whole path and work in `f64`: slow, plain, and what every fast recursion is tested against.
 
+mod class;
 mod contribution;
 mod density;
 mod families;
 mod scatter;
-mod vertex;
 
+pub use crate::vertex::Vertex;
+pub use class::{Origin, WalkClass};
 pub use contribution::contribution;
 pub use density::{Technique, WalkRules, families, ln_density, samplable};
-pub use families::{Origin, WalkClass};
+pub use families::Families;
 pub use scatter::{ScatterSample, ScatterValue, TwoWayScatter};
-pub use vertex::Vertex;
 
 use crate::bsdf::Event;
 use crate::color::Rgb;

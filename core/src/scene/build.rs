@@ -190,18 +190,6 @@ struct Builder {
     environment: Option<Environment>,
 }
 
-impl Default for Normalisation {
-    fn default() -> Self {
-        Normalisation { center: DVec3::ZERO, scale: 1.0 }
-    }
-}
-
-impl Default for Ball {
-    fn default() -> Self {
-        Ball { center: Vec3::ZERO, radius: 1.0 }
-    }
-}
-
 impl Builder {
     fn add(&mut self, s: &ShapeDescription) -> Result<(), SceneError> {
         let n = self.normalisation;

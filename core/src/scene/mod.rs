@@ -5,84 +5,25 @@ mod chart;
 mod check;
 mod curvature;
 mod inverse;
+mod light;
 mod shape;
 mod surface;
 mod uv;
 mod warnings;
 
+pub use crate::error::SceneError;
+pub use crate::normalisation::{Ball, Normalisation};
+pub use crate::vertex::{NO_EMITTER, SurfacePoint};
 pub use chart::Chart;
+pub use light::{DirectSample, EmissionSample, NextDensity};
 pub use shape::Shape;
 pub(crate) use shape::{AreaSample, ShapeKind};
-pub use surface::{NO_EMITTER, SurfacePoint};
-
-use glam::{DVec3, Vec3};
 
 use crate::bsdf::{Bsdf, Resolved, Textures, memo};
-use crate::color::Rgb;
 use crate::description::FilmDescription;
-use crate::driver::count_ray;
 use crate::emitter::Emitters;
-use crate::geometry::{Accel, Hit, offset_origin};
-use crate::math::{Frame, NO_PRIM, Ray};
-use crate::path::Vertex;
+use crate::geometry::Accel;
 use crate::sensor::Sensor;
-
-/// World → normalised: x' = (x − center)·scale. Radiance, irradiance and angles do not change; radiant intensity scales by scale².
-///
-/// Both steps are exact for coordinates that are f32: the scale is a power of two, and the shift is 0 along each axis on
-/// which the surfaces are not farther from the origin than from each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Normalisation {
-    /// World coordinates of the normalised scene's origin.
-    pub center: DVec3,
-    /// Power of two that brings the radius of the surfaces to between ½ and 1.
-    pub scale: f64,
-}
-
-/// Why a description can not become a scene.
-#[derive(Debug, thiserror::Error, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// A value of a shape is out of range.
-    #[error("shape '{shape}': {problem}")]
-    Shape {
-        /// Name of the shape.
-        shape: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A parameter of a scattering model is out of range.
-    #[error("bsdf '{material}': {problem}")]
-    Material {
-        /// Name of the material.
-        material: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A value of an emitter is out of range.
-    #[error("emitter {index}: {problem}")]
-    Emitter {
-        /// Index in the description.
-        index: usize,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A value of the sensor is out of range.
-    #[error("sensor: {problem}")]
-    Sensor {
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A value of the film is out of range.
-    #[error("film: {problem}")]
-    Film {
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// The tree could not be built.
-    #[error("geometry: {0}")]
-    Geometry(String),
-}
 
 /// A scene ready for light transport. Immutable; every integrator shares it.
 pub struct Scene {
@@ -100,15 +41,6 @@ pub struct Scene {
     film: FilmDescription,
     normalisation: Normalisation,
     warnings: Vec<String>,
-}
-
-/// A ball that holds every surface and the lens, if it has an area: what beams from infinity cover.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// Centre in the normalised scene.
-    pub center: Vec3,
-    /// Radius in the normalised scene, with room for rounding.
-    pub radius: f32,
 }
 
 impl Scene {
@@ -176,150 +108,5 @@ impl Scene {
     /// The scattering models.
     pub fn materials(&self) -> &[Bsdf] {
         &self.materials
-    }
-
-    /// Closest surface along a ray: the ray-casting function x_M(x, ω).
-    #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<SurfacePoint> {
-        count_ray();
-        self.accel.closest(ray).map(|hit| self.surface_point(&hit, ray))
-    }
-
-    /// V(x, y): 1 where nothing stands between two vertices. Symmetric to the bit.
-    #[inline]
-    pub fn visible(&self, x: &Vertex, y: &Vertex) -> bool {
-        count_ray();
-        let (d, from, p) = match (x.position(), y.position()) {
-            (Some(px), Some(py)) => {
-                let (p, q) = (leave(x, px, py - px), leave(y, py, px - py));
-                return !self.accel.hides(p, q, [triangle(x), triangle(y)]);
-            }
-            (Some(p), None) => (y.direction_from(p), x, p),
-            (None, Some(p)) => (x.direction_from(p), y, p),
-            (None, None) => return false,
-        };
-        !self.accel.occluded(&Ray { from: triangle(from), ..Ray::new(leave(from, p, d), d) })
-    }
-
-    /// Radiance that a surface point emits in direction `d`: one-sided, on the side of n_g.
-    #[inline]
-    pub fn emitted(&self, point: &SurfacePoint, d: Vec3) -> Rgb {
-        if point.emitter != NO_EMITTER && point.n_g.dot(d) > 0.0 {
-            self.emitters.area_radiance(point.emitter)
-        } else {
-            Rgb::BLACK
-        }
-    }
-
-    /// x₀ and the radiance that an edge in direction `d` meets where it leaves the scene; no vertex without an environment.
-    #[inline]
-    pub fn background(&self, d: Vec3) -> (Option<Vertex>, Rgb) {
-        let vertex = |emitter| Vertex::InfiniteEmitter { emitter, to: d };
-        (self.emitters.background().map(vertex), self.emitters.background_radiance(d))
-    }
-
-    pub(crate) fn surface_point(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
-        let p = self.accel.position(hit, ray);
-        self.complete(hit.prim, hit.b1 as f32, hit.b2 as f32, p)
-    }
-
-    pub(crate) fn area_sample_point(&self, sample: AreaSample) -> SurfacePoint {
-        match sample {
-            AreaSample::Flat { prim, b1, b2 } => {
-                let hit = Hit { t: 0.0, prim, b1: b1.into(), b2: b2.into() };
-                // Triangles and disks ignore the ray.
-                let p = self.accel.position(&hit, &Ray::new(Vec3::ZERO, Vec3::Z));
-                self.complete(prim, b1, b2, p)
-            }
-            AreaSample::Curved { prim, p } => self.curved_point(prim, p),
-        }
-    }
-
-    /// A point given directly on a sphere or a cylinder.
-    pub(crate) fn curved_point(&self, prim: u32, p: Vec3) -> SurfacePoint {
-        self.complete(prim, 0.0, 0.0, p)
-    }
-
-    /// Normals, frame and indices at position `p` of primitive `prim`.
-    #[inline]
-    fn complete(&self, prim: u32, b1: f32, b2: f32, p: Vec3) -> SurfacePoint {
-        let shape_index = self.prim_shape[prim as usize];
-        let shape = &self.shapes[shape_index as usize];
-        let local = (prim - shape.first) as usize;
-        let tangent = self.materials[shape.material as usize].needs_tangent();
-        let (n_g, n_s, dp_du) = match &shape.kind {
-            ShapeKind::Mesh(mesh) => {
-                let [v0, v1, v2] = self.accel.primitives().triangles[prim as usize];
-                // In f64: the cross product of a sliver is a small difference.
-                let (e, f) = (v1.as_dvec3() - v0.as_dvec3(), v2.as_dvec3() - v0.as_dvec3());
-                let n_g = e.cross(f).normalize().as_vec3();
-                let [i0, i1, i2] = mesh.triangles[local].map(|i| i as usize);
-                let n_s = if mesh.normals.is_empty() {
-                    n_g
-                } else {
-                    let n = &mesh.normals;
-                    (n[i0] * (1.0 - b1 - b2) + n[i1] * b1 + n[i2] * b2).normalize_or(n_g)
-                };
-                let dp_du = if tangent && mesh.uvs.is_empty() {
-                    // Mitsuba's choice where there are no texture coordinates.
-                    v1 - v0
-                } else if tangent {
-                    let (a, b) = (mesh.uvs[i1] - mesh.uvs[i0], mesh.uvs[i2] - mesh.uvs[i0]);
-                    let det = a.x * b.y - a.y * b.x;
-                    if det == 0.0 { Vec3::ZERO } else { ((v1 - v0) * b.y - (v2 - v0) * a.y) / det }
-                } else {
-                    Vec3::ZERO
-                };
-                (n_g, n_s, dp_du)
-            }
-            ShapeKind::Rectangle { n, dp_du } => (*n, *n, *dp_du),
-            ShapeKind::Cube { faces, .. } => {
-                let face = &faces[local / 2];
-                (face.n, face.n, face.dp_du)
-            }
-            ShapeKind::Sphere { center, radius, axes } => {
-                let n = ((p.as_dvec3() - *center) / *radius).as_vec3().normalize();
-                // ∂p/∂φ in the sphere's own axes.
-                let dp_du = axes[1] * n.dot(axes[0]) - axes[0] * n.dot(axes[1]);
-                (n, n, dp_du)
-            }
-            // ∂p/∂r: Mitsuba parameterises the disk by (r, φ).
-            ShapeKind::Disk { n, u, v } => (*n, *n, *u * b1 + *v * b2),
-            ShapeKind::Cylinder(c) => {
-                let n = c.foot(p.as_dvec3()).1.as_vec3();
-                (n, n, c.axis.cross(n))
-            }
-        };
-        let (n_g, n_s) = (n_g * shape.sign, n_s * shape.sign);
-        let frame = if tangent {
-            Frame::from_normal_and_tangent(n_s, dp_du)
-        } else {
-            Frame::from_normal(n_s)
-        };
-        SurfacePoint {
-            p,
-            n_g,
-            frame,
-            error: self.accel.error_along(prim, p, n_g),
-            shape: shape_index,
-            prim,
-            material: shape.material,
-            emitter: shape.emitter,
-        }
-    }
-}
-
-/// The primitive that a vertex lies on; not met again where it is a triangle.
-#[inline]
-fn triangle(vertex: &Vertex) -> u32 {
-    vertex.surface().map_or(NO_PRIM, |s| s.prim)
-}
-
-/// Where a segment leaves a vertex: surfaces push the origin off to the side of `d`.
-#[inline]
-fn leave(vertex: &Vertex, p: Vec3, d: Vec3) -> Vec3 {
-    match vertex {
-        Vertex::Surface(s) => offset_origin(s.p, s.n_g, s.error, d),
-        _ => p,
     }
 }

@@ -17,10 +17,10 @@ use super::subpath::{Walk, WalkVertex};
 use super::verify::verify;
 use super::weight::Side;
 use crate::color::Rgb;
-use crate::emitter::DirectSample;
 use crate::film::{Contribution, Sink};
 use crate::measure::{Area, Density, Edge, Mass, SolidAngle};
 use crate::path::{Origin, Path, PathRecord, Technique, TwoWayScatter, Vertex, WalkClass};
+use crate::scene::DirectSample;
 use crate::scene::Scene;
 
 /// A path made by one technique, visibility of its connecting edge not looked at yet.

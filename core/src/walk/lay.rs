@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::subpath::{OpenEdge, Subpath, Walk, WalkVertex};
 use crate::bsdf::TransportMode;
 use crate::color::Rgb;
-use crate::emitter::NextDensity;
 use crate::math::Ray;
 use crate::path::{Path, Vertex};
+use crate::scene::NextDensity;
 use crate::scene::Scene;
 
 impl Walk {

@@ -9,11 +9,11 @@ use super::techniques::TechniqueSet;
 use super::weight::Weights;
 use crate::bsdf::TransportMode;
 use crate::color::Rgb;
-use crate::emitter::NextDensity;
 use crate::measure::Mass;
 use crate::mis::Heuristic;
 use crate::path::{Vertex, WalkRules};
 use crate::random::PrimarySample;
+use crate::scene::NextDensity;
 use crate::scene::Scene;
 
 /// Vertices that most subpaths do not exceed: lists that grow copy them.

@@ -6,11 +6,11 @@ use super::layout::event_numbers;
 use super::weight::{WeightState, Weights};
 use crate::bsdf::{Event, TransportMode};
 use crate::color::Rgb;
-use crate::emitter::NextDensity;
 use crate::math::Ray;
 use crate::measure::{Area, Density, Edge, End, Mass};
 use crate::path::{ScatterSample, Vertex, WalkClass};
 use crate::random::PrimarySample;
+use crate::scene::NextDensity;
 use crate::scene::{Scene, SurfacePoint};
 
 /// A vertex of a subpath.

@@ -1,8 +1,8 @@
 //! The production code's weights for a given path, one for each technique: what tests hold against the plain functions of a path.
 
 use pathspace_core::Scene;
-use pathspace_core::emitter::DirectSample;
 use pathspace_core::path::{Path, Technique};
+use pathspace_core::scene::DirectSample;
 use pathspace_core::walk::{Walk, WalkVertex};
 
 use super::Bdpt;

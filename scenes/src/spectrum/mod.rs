@@ -7,8 +7,7 @@
 mod cie;
 
 use crate::error::{Place, Result, SceneFileError};
-use crate::xml::value::bad;
-use crate::xml::value::{number, tokens};
+use crate::numbers::{bad, number, tokens};
 
 /// Steps of the sum that stands for the integral, Mitsuba's number.
 const STEPS: usize = 1000;

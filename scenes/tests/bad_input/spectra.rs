@@ -135,7 +135,7 @@ fn media_and_refused_plug_ins_are_told_with_the_reason() {
         ),
         plain(
             "<shape type=\"cube\"><bsdf type=\"polarizer\"/></shape>",
-            "bad.xml:3: bsdf type \"polarizer\" is not understood (light is not polarised here); known: conductor, dielectric, diffuse, null, roughconductor, twosided",
+            "bad.xml:3: bsdf type \"polarizer\" is not understood (light is not polarised here); known: conductor, dielectric, diffuse, null, plastic, roughconductor, twosided",
         ),
         plain(
             "<shape type=\"hair\"/><shape type=\"hair\"/>",

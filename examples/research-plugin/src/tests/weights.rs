@@ -1,7 +1,7 @@
 //! Weights of every technique of given paths by the code that renders, against the slow form; their sum is 1.
 
 use pathspace::core::Scene;
-use pathspace::core::emitter::DirectSample;
+use pathspace::core::scene::DirectSample;
 use pathspace::core::film::RecordingSink;
 use pathspace::core::glam::Vec2;
 use pathspace::core::path::{self, Path, PathRecord};

@@ -5,12 +5,12 @@
 
 use glam::Vec3;
 
-use super::Emitter;
 use super::cone::Cone;
+use crate::emitter::Emitter;
 use crate::math::{Frame, warp};
-use crate::path::Vertex;
 use crate::random::PrimarySample;
 use crate::scene::{Scene, ShapeKind};
+use crate::vertex::Vertex;
 
 impl Scene {
     /// Numbers (pick, u) by which [`Scene::sample_direct`] takes the emitter vertex x₀ for `reference`. `None` where there are none.

@@ -1,16 +1,20 @@
-//! Sampling of emitters: for next-event estimation from a point, and for light subpaths.
+//! The scene's light: what it emits, and how x₀ is sampled for next-event estimation from a point and for light subpaths.
+
+mod cone;
+mod inverse;
 
 use std::f64::consts::PI;
 
 use glam::Vec3;
 
-use super::Emitter;
-use super::cone::Cone;
+use cone::Cone;
+
+use super::{Scene, ShapeKind};
 use crate::color::Rgb;
+use crate::emitter::Emitter;
 use crate::math::{Frame, Ray, warp};
 use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
-use crate::path::Vertex;
-use crate::scene::{Scene, ShapeKind, SurfacePoint};
+use crate::vertex::{NO_EMITTER, SurfacePoint, Vertex};
 
 /// x₀ sampled for a given x₁ (technique s = 1).
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +88,23 @@ impl NextDensity {
 }
 
 impl Scene {
+    /// Radiance that a surface point emits in direction `d`: one-sided, on the side of n_g.
+    #[inline]
+    pub fn emitted(&self, point: &SurfacePoint, d: Vec3) -> Rgb {
+        if point.emitter != NO_EMITTER && point.n_g.dot(d) > 0.0 {
+            self.emitters.area_radiance(point.emitter)
+        } else {
+            Rgb::BLACK
+        }
+    }
+
+    /// x₀ and the radiance that an edge in direction `d` meets where it leaves the scene; no vertex without an environment.
+    #[inline]
+    pub fn background(&self, d: Vec3) -> (Option<Vertex>, Rgb) {
+        let vertex = |emitter| Vertex::InfiniteEmitter { emitter, to: d };
+        (self.emitters.background().map(vertex), self.emitters.background_radiance(d))
+    }
+
     /// Samples x₀ for next-event estimation from `reference`. `None` where no emitter reaches it by this technique.
     ///
     /// Spheres seen from outside are sampled by solid angle (uniform in the cone, Shirley et al. 1996), other

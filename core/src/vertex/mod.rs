@@ -1,9 +1,12 @@
-//! Vertices of paths.
+//! Vertices of paths, and points on surfaces among them.
+
+mod surface;
+
+pub use surface::{NO_EMITTER, SurfacePoint};
 
 use glam::Vec3;
 
 use crate::measure::{Edge, End};
-use crate::scene::SurfacePoint;
 
 /// A vertex of a light transport path x̄ = x₀x₁…x_k, x₀ on an emitter, x_k on the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
