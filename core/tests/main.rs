@@ -1,6 +1,7 @@
 //! Integration tests of the core: one binary, a module per subject.
 
 mod bsdf;
+mod bsdf_compound;
 mod bsdf_mitsuba;
 mod bsdf_models;
 mod bsdf_properties;

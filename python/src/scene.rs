@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use pathspace::core::Scene as World;
 use pathspace::core::description::{
-    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, SceneDescription,
+    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, ReliefMap, SceneDescription,
     ShapeGeometry,
 };
 use pathspace::core::path::WalkRules;
@@ -308,6 +308,19 @@ fn model(kind: &MaterialKind) -> &'static str {
         MaterialKind::Dielectric { .. } => "dielectric",
         MaterialKind::Conductor { .. } => "conductor",
         MaterialKind::RoughConductor { .. } => "roughconductor",
+        MaterialKind::Plastic { .. } => "plastic",
+        MaterialKind::RoughPlastic { .. } => "roughplastic",
+        MaterialKind::RoughDielectric { .. } => "roughdielectric",
+        MaterialKind::ThinDielectric { .. } => "thindielectric",
+        MaterialKind::RoughDiffuse { .. } => "roughdiffuse",
+        MaterialKind::Phong { .. } => "phong",
+        MaterialKind::Ward { .. } => "ward",
+        MaterialKind::Principled(_) => "principled",
+        MaterialKind::PrincipledThin(_) => "principledthin",
+        MaterialKind::Mixture { .. } => "blendbsdf",
+        MaterialKind::Mask { .. } => "mask",
+        MaterialKind::Relief { map: ReliefMap::Normals(_), .. } => "normalmap",
+        MaterialKind::Relief { .. } => "bumpmap",
         MaterialKind::TwoSided { front, .. } => model(front),
         MaterialKind::Textured { model: textured, .. } => model(textured),
         MaterialKind::Null => "null",

@@ -10,16 +10,6 @@ impl Component {
     pub const REFLECTION: Component = Component(0);
     /// Refraction at n_s, or straight on where there is no boundary.
     pub const TRANSMISSION: Component = Component(1);
-
-    /// The same component of a model that is the `index`-th of a mixture of models with at most two components each.
-    pub const fn of_model(self, index: u8) -> Component {
-        Component(self.0 + 2 * index)
-    }
-
-    /// The model of a mixture that has this component, and its number there: the inverse of [`Component::of_model`].
-    pub const fn in_mixture(self) -> (u8, Component) {
-        (self.0 / 2, Component(self.0 % 2))
-    }
 }
 
 /// What a path does at an inner vertex. "Specular" is said of such an event, never of a material:

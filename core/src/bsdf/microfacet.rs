@@ -5,10 +5,23 @@ use std::f32::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::beckmann;
-use crate::description::MicrofacetKind;
+use super::error::{BsdfError, check};
+use crate::description::{MicrofacetKind, Parameter};
 
 /// Smallest roughness; Mitsuba clamps `alpha` to the same value.
 pub const MIN_ALPHA: f32 = 1e-4;
+
+/// Largest roughness: beyond it, squares of slopes leave the range of `f32`.
+const MAX_ALPHA: f32 = 1e6;
+const EXPECTED: &str = "finite and positive, at most 10⁶";
+
+/// Checks the roughness along both axes.
+pub(super) fn check_alpha(alpha: [f32; 2]) -> Result<[f32; 2], BsdfError> {
+    let valid = |a| a > 0.0 && a <= MAX_ALPHA;
+    let u = check("alpha_u", alpha[0], EXPECTED, valid)?;
+    let v = check("alpha_v", alpha[1], EXPECTED, valid)?;
+    Ok([u, v])
+}
 
 /// Anisotropic distribution of microfacet normals over the slopes (x/z, y/z).
 ///
@@ -34,6 +47,25 @@ impl Microfacet {
         let alpha = Vec2::new(alpha_u, alpha_v).max(Vec2::splat(MIN_ALPHA));
         let peak = FRAC_1_PI / (alpha.x * alpha.y);
         Microfacet { kind, sample_visible, alpha, inverse_alpha: alpha.recip(), peak }
+    }
+
+    /// Takes a roughness that a texture has at a point; nothing for other parameters.
+    pub(super) fn set(&mut self, parameter: Parameter, value: f32) {
+        let value = if value.is_finite() { value.min(MAX_ALPHA) } else { MIN_ALPHA };
+        let [u, v] = match parameter {
+            Parameter::Alpha => [value; 2],
+            Parameter::AlphaU => [value, self.alpha.y],
+            Parameter::AlphaV => [self.alpha.x, value],
+            _ => return,
+        };
+        *self = Microfacet::new(self.kind, u, v, self.sample_visible);
+    }
+
+    /// Density of [`Microfacet::sample`] per solid angle of normals, for `cos` = ω_o·m > 0.
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, m: Vec3, cos: f32) -> f32 {
+        let d = self.d(m);
+        if self.sample_visible { d * self.visible_g1_over_cos(wo) * cos } else { d * m.z }
     }
 
     /// True where [`Microfacet::sample`] draws visible normals.

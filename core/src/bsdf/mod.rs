@@ -15,37 +15,74 @@
 //! | [`Plastic`] | mirror direction and a diffuse base in front | mass of the mirror, cos θ/π times the rest |
 //! | [`Dielectric`] | mirror and refracted direction | masses F and 1 − F |
 //! | [`Bsdf::Null`] | straight on | mass 1 |
+//! | [`RoughPlastic`] | microfacets and a diffuse base in front | visible or all normals, cos θ/π |
+//! | [`RoughDielectric`] | microfacet reflection and refraction | visible or all normals |
+//! | [`ThinDielectric`] | mirror direction and straight on | masses R and 1 − R |
+//! | [`RoughDiffuse`] | Oren and Nayar in front | cos θ/π |
+//! | [`Phong`], [`Ward`] | a glossy and a diffuse lobe in front | each lobe its own |
+//! | [`Principled`], [`PrincipledThin`] | diffuse, specular, coat, transmission | each lobe its own |
+//! | [`Mixture`] | weighted sum of models | weighted sum of densities |
+//! | [`Relief`] | a model about another normal | that of the model |
+//! | [`Sides`] | a model for each side | that of the model |
 //!
 //! A model has components, specular and not, several of them on one side. A specular component has a coefficient c: it scatters
 //! c·L(ω_i), so that c stands where f·|cos θ_i| dσ stands for the others, and its probability is a [`Mass`].
 //! Which of them a path takes at a vertex is its [`Event`].
 
 mod beckmann;
+mod burley;
+mod compound;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod error;
 mod event;
 pub mod fresnel;
+mod half;
+mod lobes;
 pub(crate) mod memo;
 pub mod microfacet;
+mod mixture;
 mod opaque;
+mod phong;
 mod plastic;
+mod principled;
+mod principled_thin;
+mod relief;
 mod rough_conductor;
+mod rough_dielectric;
+mod rough_diffuse;
+mod rough_plastic;
+mod sides;
 mod textured;
+mod thin_dielectric;
+mod transmittance;
+mod ward;
 
 use glam::Vec3;
 
+pub use compound::Compound;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
 pub use event::{Component, Event};
+pub use mixture::Mixture;
 pub use opaque::Opaque;
+pub use phong::Phong;
 pub use plastic::Plastic;
+pub use principled::Principled;
+pub use principled_thin::PrincipledThin;
+pub use relief::Relief;
 pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
+pub use rough_diffuse::RoughDiffuse;
+pub use rough_plastic::RoughPlastic;
+pub use sides::Sides;
 pub use textured::Resolved;
-pub(crate) use textured::Textures;
+pub(crate) use textured::{Here, Tangents, Textures};
+pub use thin_dielectric::ThinDielectric;
+pub use ward::Ward;
 
 use crate::color::Rgb;
 use crate::description::{MaterialKind, Parameter};
@@ -119,8 +156,9 @@ impl BsdfSample {
     }
 }
 
-/// A scattering model: a closed set, without indirection.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A scattering model: a closed set, without indirection for the plain ones.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Bsdf {
     /// An opaque model in front, black behind.
     OneSided(Opaque),
@@ -135,18 +173,18 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     /// No boundary: straight on, with coefficient and mass 1.
     Null,
+    /// What is large or made of others.
+    Compound(Box<Compound>),
 }
 
 impl Bsdf {
-    /// Sets a parameter of the model in front or behind; nothing where it does not have it.
-    pub(crate) fn set(&mut self, behind: bool, parameter: Parameter, colour: Rgb) {
+    /// Sets a parameter; nothing where the model does not have it.
+    pub(crate) fn set(&mut self, parameter: Parameter, colour: Rgb) {
         match self {
-            Bsdf::OneSided(model) if !behind => model.set(parameter, colour),
-            Bsdf::TwoSided { front, back } => {
-                (if behind { back } else { front }).set(parameter, colour)
-            }
-            Bsdf::Dielectric(model) if !behind => model.set(parameter, colour),
-            _ => {}
+            Bsdf::OneSided(model) => model.set(parameter, colour),
+            Bsdf::Dielectric(model) => model.set(parameter, colour),
+            Bsdf::Compound(model) => model.set(parameter, colour),
+            Bsdf::TwoSided { .. } | Bsdf::Null => {}
         }
     }
 
@@ -156,11 +194,11 @@ impl Bsdf {
     /// [`BsdfError`] where a parameter is out of range or `twosided` holds a model that transmits.
     pub fn new(kind: &MaterialKind) -> Result<Bsdf, BsdfError> {
         Ok(match kind {
-            MaterialKind::Diffuse { .. }
-            | MaterialKind::Conductor { .. }
-            | MaterialKind::RoughConductor { .. }
-            | MaterialKind::Plastic { .. } => Bsdf::OneSided(Opaque::new(kind)?),
-            MaterialKind::TwoSided { front, back } => {
+            MaterialKind::Textured { model, .. } => Bsdf::new(model)?,
+            plain if Opaque::is_one(plain) => Bsdf::OneSided(Opaque::new(plain)?),
+            MaterialKind::TwoSided { front, back }
+                if Opaque::is_one(front) && Opaque::is_one(back) =>
+            {
                 Bsdf::TwoSided { front: Opaque::new(front)?, back: Opaque::new(back)? }
             }
             MaterialKind::Dielectric {
@@ -174,35 +212,72 @@ impl Bsdf {
                 *specular_reflectance,
                 *specular_transmittance,
             )?),
-            MaterialKind::Textured { model, .. } => Bsdf::new(model)?,
             MaterialKind::Null => Bsdf::Null,
+            other => Bsdf::Compound(Box::new(Compound::new(other)?)),
         })
+    }
+
+    /// Number of specular components that a path may name; some may have no probability.
+    pub(crate) fn components(&self) -> u8 {
+        match self {
+            Bsdf::Compound(model) => model.components(),
+            _ => 2,
+        }
+    }
+
+    /// True where light may pass from one side to the other.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => false,
+            Bsdf::Dielectric(_) | Bsdf::Null => true,
+            Bsdf::Compound(model) => model.transmits(),
+        }
+    }
+
+    /// True where the law of a specular component refers to n_s: its half vector is normal to the surface.
+    pub fn follows_normal(&self, component: Component) -> bool {
+        match self {
+            Bsdf::Compound(model) => model.follows_normal(component),
+            _ => true,
+        }
     }
 
     /// True where the side of `wo` has a non-specular component: a connection may end there.
     #[inline]
     pub fn is_connectible(&self, wo: Vec3) -> bool {
-        match self.facing(wo) {
-            Some((model, _)) => model.is_non_specular(),
-            None => false,
+        match (self.facing(wo), self) {
+            (Some((model, _)), _) => model.is_non_specular(),
+            (None, Bsdf::Compound(model)) => model.is_connectible(wo),
+            (None, _) => false,
         }
     }
 
     /// True where f(ω_o → ω_i) = f(ω_i → ω_o) for the non-specular components.
     #[inline]
     pub fn is_reciprocal(&self) -> bool {
-        // All present models are.
-        true
+        match self {
+            Bsdf::Compound(model) => model.is_reciprocal(),
+            _ => true,
+        }
     }
 
     /// Refractive index on the side of `w` over the index on the side of the normal, for the model that a specular component belongs
     /// to; 1 where the surface is no boundary between media.
     #[inline]
     pub fn relative_ior(&self, w: Vec3, component: Component) -> f32 {
-        let _ = component;
         match self {
             Bsdf::Dielectric(model) if w.z < 0.0 => model.relative_ior(),
+            Bsdf::Compound(model) => model.relative_ior(w, component),
             _ => 1.0,
+        }
+    }
+
+    /// What makes a density of the probability of a specular component: m n²|ω·n_c|, relative to the common delta function.
+    #[inline]
+    pub fn specular_law(&self, w: Vec3, component: Component) -> SpecularLaw {
+        match self {
+            Bsdf::Compound(model) => model.specular_law(w, component),
+            _ => SpecularLaw { n: self.relative_ior(w, component), cos: w.z.abs() },
         }
     }
 
@@ -213,6 +288,7 @@ impl Bsdf {
             Bsdf::OneSided(model) => model.is_anisotropic(),
             Bsdf::TwoSided { front, back } => front.is_anisotropic() || back.is_anisotropic(),
             Bsdf::Dielectric(_) | Bsdf::Null => false,
+            Bsdf::Compound(model) => model.needs_tangent(),
         }
     }
 
@@ -224,7 +300,7 @@ impl Bsdf {
             Bsdf::TwoSided { front, back } => {
                 Some(if wo.z >= 0.0 { (front, 1.0) } else { (back, -1.0) })
             }
-            Bsdf::Dielectric(_) | Bsdf::Null => None,
+            Bsdf::Dielectric(_) | Bsdf::Null | Bsdf::Compound(_) => None,
         }
     }
 
@@ -232,19 +308,20 @@ impl Bsdf {
     /// leads to the emitter: `eval(c, l, Radiance)` and `eval(l, c, Importance)` are one value, [`Bsdf::is_reciprocal`] or not.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
-        let _ = mode;
-        match self.facing(wo) {
-            Some((model, side)) => model.eval(mirror(wo, side), mirror(wi, side)),
-            None => Rgb::BLACK,
+        match (self.facing(wo), self) {
+            (Some((model, side)), _) => model.eval(mirror(wo, side), mirror(wi, side)),
+            (None, Bsdf::Compound(model)) => model.eval(wo, wi, mode),
+            (None, _) => Rgb::BLACK,
         }
     }
 
     /// Density with which [`Bsdf::sample`] takes `wi` by a non-specular component; its integral is the probability of those.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
-        match self.facing(wo) {
-            Some((model, side)) => model.pdf(mirror(wo, side), mirror(wi, side)),
-            None => Density::ZERO,
+        match (self.facing(wo), self) {
+            (Some((model, side)), _) => model.pdf(mirror(wo, side), mirror(wi, side)),
+            (None, Bsdf::Compound(model)) => model.pdf(wo, wi),
+            (None, _) => Density::ZERO,
         }
     }
 
@@ -269,6 +346,7 @@ impl Bsdf {
                 side: ScatterSide::Transmission,
                 eta: 1.0,
             }),
+            Bsdf::Compound(model) => model.sample(wo, u_lobe, u, mode),
             Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
                 let (model, side) = self.facing(wo)?;
                 let sample = model.sample(mirror(wo, side), u_lobe, u)?;
@@ -298,6 +376,7 @@ impl Bsdf {
                 (wo.z * wi.z < 0.0).then(|| [free.next(), free.next(), free.next()])
             }
             (Bsdf::Dielectric(_) | Bsdf::Null, Event::NonSpecular) => None,
+            (Bsdf::Compound(model), _) => model.invert(wo, wi, event, free),
             (Bsdf::OneSided(_) | Bsdf::TwoSided { .. }, _) => {
                 let (model, side) = self.facing(wo)?;
                 model.invert(mirror(wo, side), mirror(wi, side), event, free)
@@ -320,6 +399,7 @@ impl Bsdf {
                 value: Rgb::WHITE,
                 mass: Mass::ONE,
             }),
+            Bsdf::Compound(model) => model.specular(wo, component, mode),
             Bsdf::OneSided(_) | Bsdf::TwoSided { .. } => {
                 let (model, side) = self.facing(wo)?;
                 let sample = model.specular(mirror(wo, side), component)?;
@@ -327,6 +407,15 @@ impl Bsdf {
             }
         }
     }
+}
+
+/// A specular component as one direction ω sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularLaw {
+    /// Refractive index on the side of ω ([`Bsdf::relative_ior`]).
+    pub n: f32,
+    /// |ω·n_c|, n_c the normal that the component is about: n_s but for [`Relief`].
+    pub cos: f32,
 }
 
 /// A specular component at one direction ω_o.

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    BsdfError, BsdfSample, Component, Conductor, Diffuse, Event, Plastic, RoughConductor,
-    SpecularSample,
+    BsdfError, BsdfSample, Component, Conductor, Diffuse, Event, Phong, Plastic, RoughConductor,
+    RoughDiffuse, RoughPlastic, SpecularSample, Ward,
 };
 use crate::color::Rgb;
 use crate::description::{MaterialKind, Parameter};
@@ -13,7 +13,8 @@ use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
 /// A model that scatters in front (z > 0) and is black behind.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Opaque {
     /// Lambert.
     Diffuse(Diffuse),
@@ -23,6 +24,14 @@ pub enum Opaque {
     RoughConductor(RoughConductor),
     /// Smooth plastic.
     Plastic(Plastic),
+    /// Rough plastic.
+    RoughPlastic(Box<RoughPlastic>),
+    /// Oren and Nayar.
+    RoughDiffuse(RoughDiffuse),
+    /// Phong.
+    Phong(Phong),
+    /// Ward.
+    Ward(Ward),
 }
 
 impl Opaque {
@@ -31,9 +40,11 @@ impl Opaque {
         match (self, parameter) {
             (Opaque::Diffuse(model), Parameter::Reflectance) => model.set_reflectance(colour),
             (Opaque::Conductor(model), Parameter::SpecularReflectance) => model.set_factor(colour),
-            (Opaque::RoughConductor(model), Parameter::SpecularReflectance) => {
-                model.set_factor(colour)
-            }
+            (Opaque::RoughConductor(model), parameter) => model.set(parameter, colour),
+            (Opaque::RoughPlastic(model), parameter) => model.set(parameter, colour),
+            (Opaque::RoughDiffuse(model), parameter) => model.set(parameter, colour),
+            (Opaque::Phong(model), parameter) => model.set(parameter, colour),
+            (Opaque::Ward(model), parameter) => model.set(parameter, colour),
             (Opaque::Plastic(model), Parameter::Reflectance) => model.set_reflectance(colour),
             (Opaque::Plastic(model), Parameter::SpecularReflectance) => model.set_factor(colour),
             _ => {}
@@ -83,11 +94,65 @@ impl Opaque {
                 *specular_reflectance,
                 *nonlinear,
             )?)),
+            MaterialKind::RoughPlastic {
+                distribution,
+                alpha,
+                sample_visible,
+                int_ior,
+                ext_ior,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+            } => Ok(Opaque::RoughPlastic(Box::new(RoughPlastic::new(
+                *distribution,
+                *alpha,
+                *sample_visible,
+                [*int_ior, *ext_ior],
+                *diffuse_reflectance,
+                *specular_reflectance,
+                *nonlinear,
+            )?))),
+            MaterialKind::RoughDiffuse { reflectance, alpha, fast } => {
+                Ok(Opaque::RoughDiffuse(RoughDiffuse::new(*reflectance, *alpha, *fast)?))
+            }
+            MaterialKind::Phong { exponent, diffuse_reflectance, specular_reflectance } => {
+                let phong = Phong::new(*exponent, *diffuse_reflectance, *specular_reflectance)?;
+                Ok(Opaque::Phong(phong))
+            }
+            MaterialKind::Ward {
+                variant,
+                alpha_u,
+                alpha_v,
+                diffuse_reflectance,
+                specular_reflectance,
+            } => Ok(Opaque::Ward(Ward::new(
+                *variant,
+                [*alpha_u, *alpha_v],
+                *diffuse_reflectance,
+                *specular_reflectance,
+            )?)),
             MaterialKind::Dielectric { .. } => Err(BsdfError::NotOpaque { model: "dielectric" }),
             MaterialKind::Null => Err(BsdfError::NotOpaque { model: "null" }),
             MaterialKind::TwoSided { .. } => {
                 Err(BsdfError::NotOpaque { model: "another twosided" })
             }
+            _ => Err(BsdfError::NotOpaque { model: "one that is made of others" }),
+        }
+    }
+
+    /// True for the kinds that [`Opaque::new`] builds.
+    pub(super) fn is_one(kind: &MaterialKind) -> bool {
+        match kind {
+            MaterialKind::Textured { model, .. } => Opaque::is_one(model),
+            MaterialKind::Diffuse { .. }
+            | MaterialKind::Conductor { .. }
+            | MaterialKind::RoughConductor { .. }
+            | MaterialKind::Plastic { .. }
+            | MaterialKind::RoughPlastic { .. }
+            | MaterialKind::RoughDiffuse { .. }
+            | MaterialKind::Phong { .. }
+            | MaterialKind::Ward { .. } => true,
+            _ => false,
         }
     }
 
@@ -101,7 +166,8 @@ impl Opaque {
     pub(super) fn is_anisotropic(&self) -> bool {
         match self {
             Opaque::RoughConductor(model) => model.is_anisotropic(),
-            Opaque::Diffuse(_) | Opaque::Conductor(_) | Opaque::Plastic(_) => false,
+            Opaque::Ward(model) => model.is_anisotropic(),
+            _ => false,
         }
     }
 
@@ -112,6 +178,10 @@ impl Opaque {
             Opaque::Conductor(_) => Rgb::BLACK,
             Opaque::RoughConductor(model) => model.eval(wo, wi),
             Opaque::Plastic(model) => model.eval(wo, wi),
+            Opaque::RoughPlastic(model) => model.eval(wo, wi),
+            Opaque::RoughDiffuse(model) => model.eval(wo, wi),
+            Opaque::Phong(model) => model.eval(wo, wi),
+            Opaque::Ward(model) => model.eval(wo, wi),
         }
     }
 
@@ -122,6 +192,10 @@ impl Opaque {
             Opaque::Conductor(_) => Density::ZERO,
             Opaque::RoughConductor(model) => model.pdf(wo, wi),
             Opaque::Plastic(model) => model.pdf(wo, wi),
+            Opaque::RoughPlastic(model) => model.pdf(wo, wi),
+            Opaque::RoughDiffuse(model) => model.pdf(wo, wi),
+            Opaque::Phong(model) => model.pdf(wo, wi),
+            Opaque::Ward(model) => model.pdf(wo, wi),
         }
     }
 
@@ -132,6 +206,10 @@ impl Opaque {
             Opaque::Conductor(model) => model.sample(wo),
             Opaque::RoughConductor(model) => model.sample(wo, u),
             Opaque::Plastic(model) => model.sample(wo, u_lobe, u),
+            Opaque::RoughPlastic(model) => model.sample(wo, u_lobe, u),
+            Opaque::RoughDiffuse(model) => model.sample(wo, u),
+            Opaque::Phong(model) => model.sample(wo, u_lobe, u),
+            Opaque::Ward(model) => model.sample(wo, u_lobe, u),
         }
     }
 
@@ -146,12 +224,20 @@ impl Opaque {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
+        match (self, event) {
+            (Opaque::RoughPlastic(model), Event::NonSpecular) => return model.invert(wo, wi, free),
+            (Opaque::Phong(model), Event::NonSpecular) => return model.invert(wo, wi, free),
+            (Opaque::Ward(model), Event::NonSpecular) => return model.invert(wo, wi, free),
+            _ => {}
+        }
         let lobe = match self {
             Opaque::Plastic(model) => model.invert_lobe(wo, event, free.next())?,
             _ => free.next(),
         };
         let [u, v] = match (self, event) {
-            (Opaque::Diffuse(_), Event::NonSpecular) => warp::cosine_hemisphere_inverse(wi),
+            (Opaque::Diffuse(_) | Opaque::RoughDiffuse(_), Event::NonSpecular) => {
+                warp::cosine_hemisphere_inverse(wi)
+            }
             (Opaque::Conductor(_), Event::Specular(_)) => free.next2(),
             (Opaque::RoughConductor(model), Event::NonSpecular) => model.invert(wo, wi),
             (Opaque::Plastic(_), Event::NonSpecular) => warp::cosine_hemisphere_inverse(wi),
@@ -165,7 +251,7 @@ impl Opaque {
         match self {
             Opaque::Conductor(model) => model.specular(wo, component),
             Opaque::Plastic(model) => model.specular(wo, component),
-            Opaque::Diffuse(_) | Opaque::RoughConductor(_) => None,
+            _ => None,
         }
     }
 }

@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::conductor::ConductorIndex;
-use super::error::{BsdfError, check, check_factor};
-use super::microfacet::Microfacet;
+use super::error::{BsdfError, check_factor};
+use super::microfacet::{Microfacet, check_alpha};
 use super::{BsdfSample, ScatterPdf, ScatterSide};
 use crate::color::Rgb;
-use crate::description::MicrofacetKind;
+use crate::description::{MicrofacetKind, Parameter};
 use crate::measure::{Density, SolidAngle};
 
 /// f = F(ω_o·m) D(m) G(ω_o, ω_i) / (4 cos θ_o cos θ_i) with m half way between ω_o and ω_i
@@ -30,15 +30,14 @@ struct Facet {
     d: f32,
 }
 
-/// Largest roughness: beyond it, squares of slopes leave the range of `f32`.
-const MAX_ALPHA: f32 = 1e6;
-const EXPECTED: &str = "finite and positive, at most 10⁶";
-
 impl RoughConductor {
-    /// Takes the value that a texture has at a point, in \[0, 1\].
+    /// Takes the value that a texture has at a point.
     #[inline]
-    pub(super) fn set_factor(&mut self, value: Rgb) {
-        self.specular_reflectance = value;
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) {
+        match parameter {
+            Parameter::SpecularReflectance => self.specular_reflectance = value,
+            other => self.microfacet.set(other, value.r),
+        }
     }
 
     /// A conductor of index η + ik, a factor on its reflection, and roughness α along x and y.
@@ -56,8 +55,7 @@ impl RoughConductor {
     ) -> Result<Self, BsdfError> {
         let index = ConductorIndex::new(eta, k)?;
         check_factor("specular_reflectance", specular_reflectance)?;
-        let u = check("alpha_u", alpha[0], EXPECTED, |a| a > 0.0 && a <= MAX_ALPHA)?;
-        let v = check("alpha_v", alpha[1], EXPECTED, |a| a > 0.0 && a <= MAX_ALPHA)?;
+        let [u, v] = check_alpha(alpha)?;
         let microfacet = Microfacet::new(distribution, u, v, sample_visible);
         Ok(RoughConductor { index, specular_reflectance, microfacet })
     }

@@ -10,12 +10,12 @@
 //!
 //! A specular component has coefficient c and probability m. Densities on the two sides of a refraction live in measures that differ by n²
 //! (n² dσ⊥ is invariant), so a specular event counts in densities as m n_to² |ω_to·n_s| per solid angle and in f̄
-//! as c_radiance n_l² |ω_l·n_s|/|ω_l·n_g|: relative to one common delta function, the same from both sides, so
-//! that ratios of densities, and quotients f/p, are exact.
+//! as c_radiance n_l² |ω_l·n_s|/|ω_l·n_g|, n_s the normal that the component is about: relative to one common delta function, the same from both
+//! sides, so that ratios of densities, and quotients f/p, are exact.
 
 use glam::Vec3;
 
-use crate::bsdf::{Bsdf, Event, ScatterPdf, TransportMode};
+use crate::bsdf::{Bsdf, Event, ScatterPdf, SpecularLaw, TransportMode};
 use crate::color::Rgb;
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::scene::{Scene, SurfacePoint};
@@ -138,8 +138,8 @@ impl Scene {
         let (pdf, event) = match sample.pdf {
             ScatterPdf::NonSpecular(p) => (p, Event::NonSpecular),
             ScatterPdf::Specular(component, mass) => {
-                let ior = bsdf.relative_ior(sample.wi, component);
-                (specular_density(ior, mass, sample.wi), Event::Specular(component))
+                let law = bsdf.specular_law(sample.wi, component);
+                (specular_density(mass, law), Event::Specular(component))
             }
         };
         Some(ScatterSample { direction, weight, pdf, event, survival: survival(uncompressed) })
@@ -216,7 +216,7 @@ impl Scene {
                     let eta = n_to / n_from;
                     weight *= eta * eta;
                 }
-                (specular_density(n_to, sample.mass, wi), weight)
+                (specular_density(sample.mass, bsdf.specular_law(wi, component)), weight)
             }
             Event::NonSpecular => {
                 let pdf = bsdf.pdf(wo, wi);
@@ -249,8 +249,10 @@ impl Scene {
         let (l, c) = (point.frame.to_local(to_light), point.frame.to_local(to_sensor));
         match bsdf.specular(c, component, TransportMode::Radiance) {
             Some(sample) if sample.wi.z * l.z >= 0.0 => {
-                let n = bsdf.relative_ior(l, component);
-                sample.value * (n * n) * shading_ratio(point, to_light, l.z)
+                let SpecularLaw { n, cos } = bsdf.specular_law(l, component);
+                let value = sample.value * (n * n) * shading_ratio(point, to_light, l.z);
+                // About another normal than n_s.
+                if cos == l.z.abs() { value } else { value * (cos / l.z.abs()) }
             }
             _ => Rgb::BLACK,
         }
@@ -295,11 +297,11 @@ fn adjoint_factor(point: &SurfacePoint, l: Vec3, l_z: f32, c: Vec3, c_z: f32) ->
     l_z.abs() * point.n_g.dot(c).abs() / (l_g * c_s)
 }
 
-/// m n_to² |ω_to·n_s|.
+/// m n_to² |ω_to·n_c|, n_c the normal that the component is about.
 #[inline]
-fn specular_density(ior: f32, mass: Mass, to: Vec3) -> Density<SolidAngle> {
-    let n = ior as f64;
-    Density::new(mass.value() * n * n * to.z.abs() as f64)
+fn specular_density(mass: Mass, law: SpecularLaw) -> Density<SolidAngle> {
+    let n = law.n as f64;
+    Density::new(mass.value() * n * n * law.cos as f64)
 }
 
 #[inline]

@@ -53,12 +53,19 @@ impl Scene {
         let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
         let emitters = Emitters::new(emitters, &power, ball, environment)
             .ok_or_else(|| SceneError::Geometry("more than 2²⁴ emitters".into()))?;
+        let textures: Vec<_> =
+            description.materials.iter().map(|m| Textures::of(&m.kind)).collect();
+        let tangents = materials.iter().zip(&textures).map(|(model, textures)| {
+            model.needs_tangent() || textures.as_ref().is_some_and(Textures::need_tangent)
+        });
+        let tangents = tangents.collect();
         Ok(Scene {
             accel,
             shapes,
             prim_shape,
             materials,
-            textures: description.materials.iter().map(|m| Textures::of(&m.kind)).collect(),
+            textures,
+            tangents,
             id: SCENES.fetch_add(1, Ordering::Relaxed),
             emitters,
             sensor,

@@ -8,6 +8,7 @@ mod inverse;
 mod light;
 mod shape;
 mod surface;
+mod tangents;
 mod uv;
 mod warnings;
 
@@ -19,7 +20,7 @@ pub use light::{DirectSample, EmissionSample, NextDensity};
 pub use shape::Shape;
 pub(crate) use shape::{AreaSample, ShapeKind};
 
-use crate::bsdf::{Bsdf, Resolved, Textures, memo};
+use crate::bsdf::{Bsdf, Here, Resolved, Textures, memo};
 use crate::description::FilmDescription;
 use crate::emitter::Emitters;
 use crate::geometry::Accel;
@@ -34,6 +35,8 @@ pub struct Scene {
     materials: Vec<Bsdf>,
     /// Of each material, where it has some.
     textures: Vec<Option<Textures>>,
+    /// Materials for which the azimuth of the shading frame matters.
+    tangents: Vec<bool>,
     /// Tells it from every other scene of the process.
     id: u64,
     emitters: Emitters,
@@ -95,7 +98,11 @@ impl Scene {
             None => Resolved::Constant(model),
             Some(textures) => {
                 let key = memo::Key::new(self.id, point.prim, point.p);
-                Resolved::Here(memo::resolved(key, || textures.resolve(model, self.uv(point))))
+                let make = || {
+                    let tangents = &|| self.tangents(point);
+                    textures.resolve(model, &Here { uv: self.uv(point), tangents })
+                };
+                Resolved::Here(memo::resolved(key, make))
             }
         }
     }

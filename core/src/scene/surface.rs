@@ -60,7 +60,7 @@ impl Scene {
         let shape_index = self.prim_shape[prim as usize];
         let shape = &self.shapes[shape_index as usize];
         let local = (prim - shape.first) as usize;
-        let tangent = self.materials[shape.material as usize].needs_tangent();
+        let tangent = self.tangents[shape.material as usize];
         let (n_g, n_s, dp_du) = match &shape.kind {
             ShapeKind::Mesh(mesh) => {
                 let [v0, v1, v2] = self.accel.primitives().triangles[prim as usize];

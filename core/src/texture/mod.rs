@@ -105,12 +105,16 @@ impl Texture {
 
     /// One number at (u, v), for roughness and the like: the luminance of the colour.
     pub fn eval_scalar(&self, uv: Vec2) -> f32 {
-        let c = self.eval(uv);
-        // Grey stays exactly what it is.
-        if c.r == c.g && c.g == c.b {
-            return c.r;
+        luminance(self.eval(uv))
+    }
+
+    /// Derivatives of [`Texture::eval_scalar`] by u and v; of an image between the centres of its texels, 0 where it jumps.
+    pub fn gradient(&self, uv: Vec2) -> Vec2 {
+        match self {
+            Texture::Constant(_) | Texture::Checkerboard { .. } => Vec2::ZERO,
+            Texture::Bitmap(image) => image.gradient(uv),
+            Texture::Scaled { texture, factor } => texture.gradient(uv) * luminance(*factor),
         }
-        0.212_671 * c.r + 0.715_160 * c.g + 0.072_169 * c.b
     }
 
     /// Mean over one period, for the choice among emitters and lobes: not exact under clamped borders.
@@ -155,7 +159,33 @@ impl Texture {
     }
 }
 
+fn luminance(c: Rgb) -> f32 {
+    // Grey stays exactly what it is.
+    if c.r == c.g && c.g == c.b {
+        return c.r;
+    }
+    0.212_671 * c.r + 0.715_160 * c.g + 0.072_169 * c.b
+}
+
 impl Image {
+    fn gradient(&self, uv: Vec2) -> Vec2 {
+        if self.filter == Filter::Nearest {
+            return Vec2::ZERO;
+        }
+        let (w, h) = (self.bitmap.width(), self.bitmap.height());
+        let size = Vec2::new(w as f32, h as f32);
+        let p = self.to_uv.transform_point2(uv) * size - 0.5;
+        let (i, j) = (p.x.floor() as i64, p.y.floor() as i64);
+        let f = p - p.floor();
+        let texel = |x: i64, y: i64| {
+            luminance(self.bitmap.texel(self.wrap.index(x, w), self.wrap.index(y, h)))
+        };
+        let [a, b, c, d] = [texel(i, j), texel(i + 1, j), texel(i, j + 1), texel(i + 1, j + 1)];
+        let by_texel =
+            Vec2::new((b - a) + f.y * ((d - c) - (b - a)), (c - a) + f.x * ((d - b) - (c - a)));
+        self.to_uv.matrix2.transpose() * (by_texel * size)
+    }
+
     /// The colour at (u, v).
     #[inline]
     pub fn eval(&self, uv: Vec2) -> Rgb {
@@ -283,11 +313,27 @@ mod tests {
     }
 
     #[test]
+    fn the_gradient_is_that_of_the_value() {
+        let to_uv = Affine2::from_scale_angle_translation(Vec2::new(2.0, 0.7), 0.3, Vec2::ONE);
+        let texture = Texture::Bitmap(Image { to_uv, ..image() });
+        for uv in [[0.13, 0.21], [0.4, 0.77], [0.91, 0.35]].map(Vec2::from) {
+            let step = 1e-3;
+            let by = |d: Vec2| {
+                (texture.eval_scalar(uv + d * step) - texture.eval_scalar(uv - d * step))
+                    / (2.0 * step)
+            };
+            let difference = texture.gradient(uv) - Vec2::new(by(Vec2::X), by(Vec2::Y));
+            assert!(difference.length() < 5e-3, "{uv}: {difference}");
+        }
+    }
+
+    #[test]
     fn coordinates_that_are_no_numbers_still_give_a_colour() {
         for bad in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
             for filter in [Filter::Nearest, Filter::Bilinear] {
                 let image = Image { filter, ..image() };
                 let _ = image.bitmap.texel(0, 0) + image.eval(Vec2::new(bad, 0.5));
+                let _ = image.gradient(Vec2::new(bad, 0.5));
             }
         }
     }

@@ -24,6 +24,11 @@ pub(super) fn walk(
     components: &[Component],
     c: &Vertex,
 ) -> Option<Vec<SurfacePoint>> {
+    // The constraints know the law about n_s; no step leaves the shape, and with it the model.
+    let follows = |(p, c): (&SurfacePoint, &Component)| scene.bsdf(p).follows_normal(*c);
+    if !points.iter().zip(components).all(follows) {
+        return None;
+    }
     let mut constraints = Constraints::new(scene, b, &points, components, c);
     let mut traced = false;
     for _ in 0..MAX_STEPS {

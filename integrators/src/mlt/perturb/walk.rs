@@ -22,7 +22,7 @@ pub(super) fn follow(
 }
 
 /// Density per solid angle of the direction `to` of a specular component that is taken for sure, relative to the common delta function:
-/// n_to² |ω_to·n_s|.
+/// n_to² |ω_to·n_c|, n_c the normal that the component is about.
 pub(super) fn sure_density(
     scene: &Scene,
     point: &SurfacePoint,
@@ -30,8 +30,9 @@ pub(super) fn sure_density(
     component: Component,
 ) -> f64 {
     let local = point.frame.to_local(to);
-    let n = f64::from(scene.bsdf(point).relative_ior(local, component));
-    n * n * f64::from(local.z.abs())
+    let law = scene.bsdf(point).specular_law(local, component);
+    let n = f64::from(law.n);
+    n * n * f64::from(law.cos)
 }
 
 /// True where the paths have the same length and the same kinds of vertices, specular components included, between x_first and x_last.

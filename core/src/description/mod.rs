@@ -1,12 +1,19 @@
 //! What a scene is before it is built: plain data in world units, as a file reader or a program
 //! writes it. [`crate::Scene::new`] turns it into a normalised, traversable [`crate::Scene`].
 
+mod material;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
+pub use material::{
+    MaterialDescription, MaterialKind, MicrofacetKind, Parameter, PrincipledKind,
+    PrincipledThinKind, ReliefMap, WardVariant,
+};
+
 use crate::color::Rgb;
-use crate::texture::{Bitmap, Texture};
+use crate::texture::Bitmap;
 
 /// A whole scene in world units.
 #[derive(Clone, Debug, Default)]
@@ -90,114 +97,6 @@ pub struct MeshData {
     pub uvs: Vec<[f32; 2]>,
     /// Vertex indices, counter-clockwise seen from the side the normal points to.
     pub triangles: Vec<[u32; 3]>,
-}
-
-/// A scattering model.
-#[derive(Clone, Debug)]
-pub struct MaterialDescription {
-    /// Name for messages.
-    pub name: String,
-    /// The model.
-    pub kind: MaterialKind,
-}
-
-/// Parameters of the scattering models.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum MaterialKind {
-    /// Lambert: f = ρ/π on the front side, black behind.
-    Diffuse {
-        /// ρ in \[0, 1\].
-        reflectance: Rgb,
-    },
-    /// Smooth boundary between two dielectrics.
-    Dielectric {
-        /// Refractive index on the side away from the normal.
-        int_ior: f32,
-        /// Refractive index on the normal's side.
-        ext_ior: f32,
-        /// Factor on reflection (1 is physical).
-        specular_reflectance: Rgb,
-        /// Factor on transmission (1 is physical).
-        specular_transmittance: Rgb,
-    },
-    /// Smooth conductor.
-    Conductor {
-        /// Real part of the refractive index relative to the outside.
-        eta: Rgb,
-        /// Imaginary part.
-        k: Rgb,
-        /// Factor on reflection (1 is physical).
-        specular_reflectance: Rgb,
-    },
-    /// Rough conductor (Walter 2007 with complex Fresnel).
-    RoughConductor {
-        /// Normal distribution.
-        distribution: MicrofacetKind,
-        /// Roughness along ∂p/∂u.
-        alpha_u: f32,
-        /// Roughness along ∂p/∂v.
-        alpha_v: f32,
-        /// Samples the distribution of visible normals (Heitz 2014, 2018) if true, all normals otherwise.
-        sample_visible: bool,
-        /// Real part of the refractive index relative to the outside.
-        eta: Rgb,
-        /// Imaginary part.
-        k: Rgb,
-        /// Factor on reflection (1 is physical).
-        specular_reflectance: Rgb,
-    },
-    /// Diffuse base under a smooth dielectric coat.
-    Plastic {
-        /// Refractive index of the coat.
-        int_ior: f32,
-        /// Refractive index outside.
-        ext_ior: f32,
-        /// Reflectance ρ of the base in \[0, 1\].
-        diffuse_reflectance: Rgb,
-        /// Factor on the mirror reflection (1 is physical).
-        specular_reflectance: Rgb,
-        /// Reflections inside the coat shift the colour of the base.
-        nonlinear: bool,
-    },
-    /// Two one-sided opaque models; the back one sees the flipped frame.
-    TwoSided {
-        /// Seen from the normal's side.
-        front: Box<MaterialKind>,
-        /// Seen from behind (the same as `front` where the file gives one model).
-        back: Box<MaterialKind>,
-    },
-    /// A model with parameters that vary over the surface: one of the others, neither two-sided nor textured itself.
-    Textured {
-        /// The model, with the mean of each texture as its parameter.
-        model: Box<MaterialKind>,
-        /// Which parameters vary, and how.
-        textures: Vec<(Parameter, Arc<Texture>)>,
-    },
-    /// Index-matched boundary: rays go straight through. Also a perfect absorber is `Diffuse` with ρ = 0.
-    Null,
-}
-
-/// Parameters of scattering models that a texture can stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Parameter {
-    /// Of the non-specular part: `reflectance`, `diffuse_reflectance`.
-    Reflectance,
-    /// Factor on (specular or glossy) reflection.
-    SpecularReflectance,
-    /// Factor on transmission.
-    SpecularTransmittance,
-}
-
-/// Microfacet distributions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum MicrofacetKind {
-    /// Beckmann and Spizzichino 1963.
-    Beckmann,
-    /// Trowbridge and Reitz 1975, Walter et al. 2007.
-    Ggx,
 }
 
 /// Emitters that are not surfaces, in world units.
