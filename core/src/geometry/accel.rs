@@ -31,10 +31,21 @@ pub struct Stats {
     pub blocks: usize,
     /// Spheres, disks and cylinders in leaves.
     pub analytic: usize,
-    /// Levels of inner nodes.
+    /// InstructionSets of inner nodes.
     pub depth: usize,
     /// Bytes of nodes and leaves together, without the primitives themselves.
     pub bytes: usize,
+}
+
+/// Instruction sets that the walk is compiled for. The same bits on all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InstructionSet {
+    /// What every processor of the target has.
+    Portable,
+    /// AVX2.
+    Avx2,
+    /// AVX-512F beside AVX2.
+    Avx512,
 }
 
 /// Immutable ray-traversal structure over [`Primitives`]; see the [module](super).
@@ -46,7 +57,7 @@ pub struct Accel {
     prims: Primitives,
     /// What positions on a triangle need, per triangle.
     margins: Vec<Margins>,
-    wide: bool,
+    instructions: InstructionSet,
 }
 
 impl Accel {
@@ -58,7 +69,7 @@ impl Accel {
         prims.validate()?;
         let tree = build::build(&prims);
         let margins = prims.triangles.iter().map(Margins::new).collect();
-        Ok(Accel { tree, prims, margins, wide: has_avx2() })
+        Ok(Accel { tree, prims, margins, instructions: best() })
     }
 
     /// The primitives the tree was built of.
@@ -70,9 +81,12 @@ impl Accel {
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
-        if self.wide {
-            // SAFETY: `wide` says that the processor has AVX2.
-            return unsafe { closest_avx2(&self.tree, ray) };
+        match self.instructions {
+            // SAFETY: `best` says what the processor has.
+            InstructionSet::Avx512 => return unsafe { wide::closest_avx512(&self.tree, ray) },
+            // SAFETY: as above.
+            InstructionSet::Avx2 => return unsafe { wide::closest_avx2(&self.tree, ray) },
+            InstructionSet::Portable => {}
         }
         self.closest_portable(ray)
     }
@@ -98,16 +112,23 @@ impl Accel {
     #[inline]
     fn hidden(&self, ray: &Ray, exact: &Ray64, to: u32) -> bool {
         #[cfg(target_arch = "x86_64")]
-        if self.wide {
-            // SAFETY: `wide` says that the processor has AVX2.
-            return unsafe { occluded_avx2(&self.tree, ray, exact, to) };
+        match self.instructions {
+            // SAFETY: `best` says what the processor has.
+            InstructionSet::Avx512 => {
+                return unsafe { wide::occluded_avx512(&self.tree, ray, exact, to) };
+            }
+            // SAFETY: as above.
+            InstructionSet::Avx2 => {
+                return unsafe { wide::occluded_avx2(&self.tree, ray, exact, to) };
+            }
+            InstructionSet::Portable => {}
         }
         self.hidden_portable(ray, exact, to)
     }
 
     /// [`Accel::closest`] by the code path for any processor: the same bits, only slower.
     pub fn closest_portable(&self, ray: &Ray) -> Option<Hit> {
-        traverse::closest::<lanes::Portable>(&self.tree, ray)
+        traverse::closest::<lanes::Portable<f32>>(&self.tree, ray)
     }
 
     /// [`Accel::occluded`] by the code path for any processor.
@@ -116,12 +137,17 @@ impl Accel {
     }
 
     fn hidden_portable(&self, ray: &Ray, exact: &Ray64, to: u32) -> bool {
-        traverse::occluded::<lanes::Portable>(&self.tree, ray, exact, to)
+        traverse::occluded::<lanes::Portable<f32>>(&self.tree, ray, exact, to)
     }
 
-    /// Whether rays take the AVX2 path.
-    pub fn is_wide(&self) -> bool {
-        self.wide
+    /// The instruction set that rays use: the best that the processor has.
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.instructions
+    }
+
+    /// Uses no more than an instruction set, where the processor has more: to compare them.
+    pub fn restrict(&mut self, to: InstructionSet) {
+        self.instructions = self.instructions.min(to);
     }
 
     /// Size of the tree.
@@ -151,32 +177,56 @@ impl Accel {
 
 impl std::fmt::Debug for Accel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Accel").field("stats", &self.stats()).field("wide", &self.wide).finish()
+        f.debug_struct("Accel")
+            .field("stats", &self.stats())
+            .field("instructions", &self.instructions)
+            .finish()
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-fn has_avx2() -> bool {
-    std::arch::is_x86_feature_detected!("avx2")
-        && std::arch::is_x86_feature_detected!("bmi1")
-        && std::arch::is_x86_feature_detected!("bmi2")
-        && std::arch::is_x86_feature_detected!("lzcnt")
-        && std::arch::is_x86_feature_detected!("popcnt")
+fn best() -> InstructionSet {
+    use std::arch::is_x86_feature_detected as has;
+    let avx2 = has!("avx2") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt");
+    match avx2 {
+        false => InstructionSet::Portable,
+        true if has!("avx512f") => InstructionSet::Avx512,
+        true => InstructionSet::Avx2,
+    }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn has_avx2() -> bool {
-    false
+fn best() -> InstructionSet {
+    InstructionSet::Portable
 }
 
+/// The same walk, compiled for more of what processors have.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn closest_avx2(tree: &Tree, ray: &Ray) -> Option<Hit> {
-    traverse::closest::<lanes::Avx2>(tree, ray)
-}
+mod wide {
+    use super::super::analytic::Ray64;
+    use super::super::lanes::{Avx, Pair, Whole};
+    use super::super::layout::Tree;
+    use super::super::traverse;
+    use super::Hit;
+    use crate::math::Ray;
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn occluded_avx2(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32) -> bool {
-    traverse::occluded::<lanes::Avx2>(tree, ray, exact, to)
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn closest_avx2(tree: &Tree, ray: &Ray) -> Option<Hit> {
+        traverse::closest::<Avx<Pair>>(tree, ray)
+    }
+
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn occluded_avx2(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32) -> bool {
+        traverse::occluded::<Avx<Pair>>(tree, ray, exact, to)
+    }
+
+    #[target_feature(enable = "avx512f,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn closest_avx512(tree: &Tree, ray: &Ray) -> Option<Hit> {
+        traverse::closest::<Avx<Whole>>(tree, ray)
+    }
+
+    #[target_feature(enable = "avx512f,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn occluded_avx512(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32) -> bool {
+        traverse::occluded::<Avx<Whole>>(tree, ray, exact, to)
+    }
 }

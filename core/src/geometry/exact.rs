@@ -1,78 +1,89 @@
-//! Rays and triangles in f64: what decides whether, where and in which order triangles are hit.
+//! Rays and triangles in f64, eight triangles at once.
 //!
 //! Origins and corners are f32 and exact. Woop's test in f64 is as watertight as in f32: a shared vertex gives
 //! the same bits in both triangles, a shared edge gives edge functions of exactly opposite sign. Depths err by
 //! some 10⁻¹⁵ of the triangle's size, so that a sheet 0.1 mm above a ground of 10 km is told from it.
 
 use super::analytic::Ray64;
+use super::lanes::{Doubles, Lanes};
 use super::layout::Block;
 
-/// Ray in the sheared frame of Woop et al. 2013, in f64.
-pub(super) struct Exact {
+/// Ray in the sheared frame of Woop et al. 2013, §2.1.
+pub(super) struct Exact<D> {
     /// Axes x, y, z of the sheared frame; z is where |d| is largest.
     axis: [usize; 3],
     /// Origin in these axes.
-    o: [f64; 3],
-    /// Direction in these axes.
-    d: [f64; 3],
-    tmin: f64,
-    tmax: f64,
+    o: [D; 3],
+    /// Sₓ and S_y.
+    shear: [D; 2],
+    /// S_z.
+    scale: D,
+    /// Least t that counts.
+    first: D,
 }
 
-impl Exact {
+/// Where a ray meets the triangles of a block, lane by lane.
+pub(super) struct BlockHits {
+    /// Lanes with a hit.
+    pub bits: u32,
+    pub t: [f64; 8],
+    /// Weight of corner 1.
+    pub b1: [f64; 8],
+    /// Weight of corner 2.
+    pub b2: [f64; 8],
+}
+
+impl<D: Doubles> Exact<D> {
+    /// `tmin` itself does not count.
     #[inline(always)]
-    pub fn new(ray: &Ray64, axis: [usize; 3], tmin: f32, tmax: f32) -> Self {
+    pub fn new(ray: &Ray64, axis: [usize; 3], tmin: f32) -> Self {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
         let [x, y, z] = axis;
+        let scale = 1.0 / d[z];
         Exact {
             axis,
-            o: [o[x], o[y], o[z]],
-            d: [d[x], d[y], d[z]],
-            tmin: f64::from(tmin),
-            tmax: f64::from(tmax),
+            o: [D::splat(o[x]), D::splat(o[y]), D::splat(o[z])],
+            shear: [D::splat(d[x] * scale), D::splat(d[y] * scale)],
+            scale: D::splat(scale),
+            first: D::splat(f64::from(tmin).next_up()),
         }
     }
 
-    /// The open interval of t that counts.
+    /// Corner `c` in the sheared frame, z not yet scaled.
     #[inline(always)]
-    pub fn interval(&self) -> (f64, f64) {
-        (self.tmin, self.tmax)
-    }
-
-    #[inline(always)]
-    fn corner(&self, block: &Block, lane: usize, c: usize, s: (f64, f64)) -> (f64, f64, f64) {
+    fn corner(&self, block: &Block, c: usize) -> (D, D, D) {
         let [kx, ky, kz] = self.axis;
-        let z = f64::from(block.rows[3 * c + kz][lane & 7]) - self.o[2];
-        let x = f64::from(block.rows[3 * c + kx][lane & 7]) - self.o[0];
-        let y = f64::from(block.rows[3 * c + ky][lane & 7]) - self.o[1];
-        (x - s.0 * z, y - s.1 * z, z)
+        let z = D::widen(&block.rows[3 * c + kz]).sub(self.o[2]);
+        let x = D::widen(&block.rows[3 * c + kx]).sub(self.o[0]).sub(self.shear[0].mul(z));
+        let y = D::widen(&block.rows[3 * c + ky]).sub(self.o[1]).sub(self.shear[1].mul(z));
+        (x, y, z)
     }
 
-    /// t and the weights of the corners 1 and 2 where the ray meets the triangle, edges included; both ends of the
-    /// interval excluded.
+    /// Woop's test: hits with tmin < t ≤ `last`, edges of the triangles included, those of the ids `skip` left out.
+    /// Empty lanes are NaN, and so is t where a triangle is seen from its edge: no comparison accepts them.
     #[inline(always)]
-    pub fn meet(&self, block: &Block, lane: usize) -> Option<(f64, f64, f64)> {
-        // Shear and scale: here, since most walks need them once or never.
-        let scale = 1.0 / self.d[2];
-        let shear = (self.d[0] * scale, self.d[1] * scale);
-        let (xa, ya, za) = self.corner(block, lane, 0, shear);
-        let (xb, yb, zb) = self.corner(block, lane, 1, shear);
-        let (xc, yc, zc) = self.corner(block, lane, 2, shear);
-        let u = xc * yb - yc * xb;
-        let v = xa * yc - ya * xc;
-        let w = xb * ya - yb * xa;
-        let det = u + v + w;
-        // Without branches: which side a triangle shows is as good as random.
-        let least = if u < v { u } else { v };
-        let least = if least < w { least } else { w };
-        let most = if u > v { u } else { v };
-        let most = if most > w { most } else { w };
-        let inside = (least >= 0.0) | (most <= 0.0);
-        if !inside || det == 0.0 {
+    pub fn meet<L: Lanes>(&self, block: &Block, last: f64, skip: [u32; 2]) -> Option<BlockHits> {
+        let (xa, ya, za) = self.corner(block, 0);
+        let (xb, yb, zb) = self.corner(block, 1);
+        let (xc, yc, zc) = self.corner(block, 2);
+        let u = xc.mul(yb).sub(yc.mul(xb));
+        let v = xa.mul(yc).sub(ya.mul(xc));
+        let w = xb.mul(ya).sub(yb.mul(xa));
+        let zero = D::splat(0.0);
+        let inside = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
+        // No branch on `inside`: it is as good as random, and what follows costs less than a wrong guess.
+        let inverse = D::splat(1.0).div(u.add(v).add(w));
+        let t = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.scale).mul(inverse);
+        let within = inside & self.first.le(t) & t.le(D::splat(last));
+        let bits = within & !L::same(&block.prim, skip[0]) & !L::same(&block.prim, skip[1]);
+        if bits == 0 {
             return None;
         }
-        let inverse = 1.0 / det;
-        let t = (u * za + v * zb + w * zc) * scale * inverse;
-        (t > self.tmin && t < self.tmax).then_some((t, v * inverse, w * inverse))
+        Some(BlockHits {
+            bits,
+            t: t.store(),
+            b1: v.mul(inverse).store(),
+            b2: w.mul(inverse).store(),
+        })
     }
 }

@@ -30,13 +30,12 @@
 //!   bound on that distance plus the slab test's own rounding (the idea of Ize 2013, "Robust BVH Ray
 //!   Traversal", but absolute instead of relative): boxes by a part of their coordinates when the tree is
 //!   built, rays by the same part of their origin's.
-//! - **Lanes propose, f64 disposes.** The lanes of f32 carry error bounds of edge functions and depths and leave out
-//!   only what is surely not met. The same test in f64 decides about the rest, so that hits are exact
+//! - **Boxes in f32, triangles in f64.** Eight triangles at once are tested in f64: hits are exact
 //!   to 10⁻¹⁵ of the triangle, and a sheet close over a huge ground is told from it.
 //! - **Spheres, disks and cylinders** are tested in f64, so that surfaces 10⁻⁷ apart are told apart.
-//! - **Two code paths, one source.** The kernels are generic over eight lanes of f32; AVX2 is used
-//!   where the processor has it (asked once, at build time of the tree), otherwise arrays that the
-//!   compiler turns into what the target has. Both perform the same IEEE operations in the same
+//! - **One source for all instruction sets.** The kernels are generic over eight lanes; AVX-512 or AVX2 is used
+//!   where the processor has it (asked once, when the tree is built), otherwise arrays that the
+//!   compiler turns into what the target has. All perform the same IEEE operations in the same
 //!   order, so that hits agree to the bit. Fused operations are avoided everywhere: without hardware
 //!   support they would be library calls.
 //! - **Ties.** Among equal t the smallest primitive id wins, whatever the order of the walk.
@@ -52,7 +51,7 @@ mod offset;
 mod primitives;
 mod traverse;
 
-pub use accel::{Accel, Hit, Stats};
+pub use accel::{Accel, Hit, InstructionSet, Stats};
 pub use offset::{offset_origin, segment};
 pub use primitives::{CylinderPrim, DiskPrim, PrimKind, Primitives, SpherePrim};
 

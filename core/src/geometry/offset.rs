@@ -18,15 +18,21 @@ impl Accel {
     /// A hit that is not of this tree gives o + t·d.
     #[inline]
     pub fn position(&self, hit: &Hit, ray: &Ray) -> Vec3 {
-        let (b1, b2) = (hit.b1, hit.b2);
-        match self.prim(hit.prim) {
+        self.place(hit, ray).0
+    }
+
+    /// [`Accel::position`], and the hit's two coordinates at that place.
+    #[inline]
+    pub(crate) fn place(&self, hit: &Hit, ray: &Ray) -> (Vec3, [f32; 2]) {
+        let (mut b1, mut b2) = (hit.b1, hit.b2);
+        let p = match self.prim(hit.prim) {
             Some(PrimRef::Triangle(&[a, b, c])) => {
                 let origin = a.as_dvec3();
                 let (e, f) = (b.as_dvec3() - origin, c.as_dvec3() - origin);
                 let mut p = origin + e * b1 + f * b2;
                 let least = self.margins(hit.prim).least_weight(p.as_vec3());
                 if b1.min(b2).min(1.0 - b1 - b2) < least {
-                    let [b1, b2] = off_edges([b1, b2], least);
+                    [b1, b2] = off_edges([b1, b2], least);
                     p = origin + e * b1 + f * b2;
                 }
                 // The rounded weights may sum to more than 1; the box keeps the point from slipping
@@ -47,7 +53,8 @@ impl Accel {
                 (foot + out * f64::from(c.radius)).as_vec3()
             }
             None => ray.at(hit.t as f32),
-        }
+        };
+        (p, [b1 as f32, b2 as f32])
     }
 
     /// Unit geometric normal at a point `p` of the primitive: (v₁ − v₀) × (v₂ − v₀) for triangles,

@@ -1,6 +1,6 @@
 //! The walk: one source for all code paths, generic over [`Lanes`].
 //!
-//! Lanes of f32 say which triangles a ray may meet; what it meets is decided in f64 ([`Exact`]).
+//! Boxes are tested in f32, widened by their error; triangles in f64 ([`Exact`]).
 
 use std::mem::MaybeUninit;
 
@@ -17,25 +17,12 @@ pub(super) const U: f32 = 1.0 / 16_777_216.0;
 /// Widening of the slabs, in units of the largest coordinate: of the origin here, of a primitive when the
 /// tree is built ([`super::primitives::bounds`]).
 ///
-/// A sheared coordinate (v − o)ₓ − Sₓ(v − o)_z carries an error of at most 8u·(|v| + |o|), which bounds how
-/// far from the exact ray an accepted triangle may lie; the slab value (plane − o)·(1/d) is relatively wrong
-/// by 3u, that is by 3u·(|v| + |o|) along the axis; the rest is reserve.
+/// The slab value (plane − o)·(1/d) is relatively wrong by 3u, that is by 3u·(|v| + |o|) along the axis; the rest
+/// is reserve.
 pub(super) const SLACK: f32 = 16.0 * U;
 
-/// Bound on the error of an edge function, in units of E·X: E bounds the sheared triangle in all axes, X across
-/// the ray. Each of four factors errs by 8u·E (three roundings of the coordinate, S wrong by 4u), products and
-/// difference by 3u·X more.
-const EDGE_ERROR: f32 = 40.0 * U;
-
-/// Bound on the error of t in units of E·X·Z/|det|: three edge functions in the numerator and three in the
-/// determinant, times depths of at most Z.
-const DEPTH_ERROR: f32 = 256.0 * U;
-
-/// Bound on the rounding of depths themselves and of the quotient, in units of Z.
-const DEPTH_ROUNDING: f32 = 16.0 * U;
-
 /// Ray prepared for the node and block tests.
-struct Setup<L> {
+struct Setup<L: Lanes> {
     /// Rows of the node's near planes.
     near: [usize; 3],
     /// Rows of the node's far planes.
@@ -47,16 +34,8 @@ struct Setup<L> {
     /// 1/d, ±∞ where d vanishes.
     rd: [L; 3],
     tmin: L,
-    /// Axes x, y, z of the sheared frame; z is where |d| is largest.
-    axis: [usize; 3],
-    /// Origin in the sheared frame's axes.
-    o: [L; 3],
-    /// Shear Sₓ, S_y and scale S_z (Woop et al. 2013, §2.1).
-    shear: [L; 3],
-    /// |S_z|.
-    scale: L,
-    /// The ray in f64.
-    exact: Exact,
+    /// The ray for triangles.
+    exact: Exact<L::Double>,
 }
 
 // The methods are spelt out instead of mapping arrays: closures and library functions do not take on
@@ -90,7 +69,6 @@ impl<L: Lanes> Setup<L> {
         let (x, y) = (NEXT[z + 1], NEXT[z + 2]);
         let slack = SLACK * o[0].abs().max(o[1].abs()).max(o[2].abs());
         let rd = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
-        let sz = rd[z];
         let (bx, by, bz) = (
             3 * usize::from(d[0].is_sign_negative()),
             3 * usize::from(d[1].is_sign_negative()),
@@ -112,11 +90,7 @@ impl<L: Lanes> Setup<L> {
             ],
             rd: [L::splat(rd[0]), L::splat(rd[1]), L::splat(rd[2])],
             tmin: L::splat(tmin),
-            axis: [x, y, z],
-            o: [L::splat(o[x]), L::splat(o[y]), L::splat(o[z])],
-            shear: [L::splat(d[x] * sz), L::splat(d[y] * sz), L::splat(sz)],
-            scale: L::splat(sz.abs()),
-            exact: Exact::new(exact, [x, y, z], tmin, ray.tmax),
+            exact: Exact::new(exact, [x, y, z], tmin),
         })
     }
 
@@ -131,64 +105,29 @@ impl<L: Lanes> Setup<L> {
             near = L::load(n).sub(self.o_near[i]).mul(self.rd[i]).max(near);
             far = L::load(f).sub(self.o_far[i]).mul(self.rd[i]).min(far);
         }
-        (L::bits(near.le(far)), near)
-    }
-
-    /// Corner `c` of eight triangles in the sheared frame, z not yet scaled.
-    #[inline(always)]
-    fn shear(&self, block: &Block, c: usize) -> (L, L, L) {
-        let [kx, ky, kz] = self.axis;
-        let z = L::load(&block.rows[3 * c + kz]).sub(self.o[2]);
-        let x = L::load(&block.rows[3 * c + kx]).sub(self.o[0]).sub(self.shear[0].mul(z));
-        let y = L::load(&block.rows[3 * c + ky]).sub(self.o[1]).sub(self.shear[1].mul(z));
-        (x, y, z)
-    }
-
-    /// Woop's test of eight triangles with error bounds: lanes that may have a hit at `tmin` < t ≤ `last`. A lane is
-    /// left out only where the ray surely passes it, meets it surely outside of the interval, or is to be skipped.
-    #[inline(always)]
-    fn candidates(&self, block: &Block, last: L, skip: [u32; 2]) -> u32 {
-        let (xa, ya, za) = self.shear(block, 0);
-        let (xb, yb, zb) = self.shear(block, 1);
-        let (xc, yc, zc) = self.shear(block, 2);
-        let u = xc.mul(yb).sub(yc.mul(xb));
-        let v = xa.mul(yc).sub(ya.mul(xc));
-        let w = xb.mul(ya).sub(yb.mul(xa));
-        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-        let across = xa.abs().max(xb.abs()).max(xc.abs());
-        let across = across.max(ya.abs().max(yb.abs()).max(yc.abs()));
-        let along = za.abs().max(zb.abs()).max(zc.abs());
-        let size = across.add(along).mul(across);
-        let slack = size.mul(L::splat(EDGE_ERROR));
-        let inside = L::or(L::splat(0.0).sub(slack).le(least), most.le(slack));
-        if L::bits(inside) == 0 {
-            return 0;
-        }
-        let det = u.add(v).add(w);
-        let inverse = L::splat(1.0).div(det);
-        let depth = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(inverse).mul(self.shear[2]);
-        let error =
-            size.mul(L::splat(DEPTH_ERROR)).mul(inverse.abs()).add(L::splat(DEPTH_ROUNDING));
-        let error = error.mul(along).mul(self.scale);
-        // `max` and `min` keep their second argument where a number is NaN: what is not known counts.
-        let first = depth.sub(error).max(L::splat(f32::NEG_INFINITY));
-        let end = depth.add(error).min(L::splat(f32::INFINITY));
-        let within = L::and(inside, L::and(first.le(last), self.tmin.le(end)));
-        // Here and not lane by lane: these are most of what is left, and a branch on them is mispredicted.
-        L::bits(L::without(L::without(within, &block.prim, skip[0]), &block.prim, skip[1]))
+        (near.le(far), near)
     }
 }
 
 /// Best hit so far.
 struct Best {
-    /// Largest f32 that a hit must not exceed to be better or equal.
-    last: f32,
+    /// Largest t of a hit that is as good or better.
+    last: f64,
+    /// The same for the entry of boxes: at least `last`.
+    boxes: f32,
     /// t without its last bits.
     key: f64,
     hit: Hit,
 }
 
 impl Best {
+    /// `tmax` itself does not count.
+    #[inline(always)]
+    fn none(tmax: f32) -> Self {
+        let hit = Hit { t: f64::INFINITY, prim: u32::MAX, b1: 0.0, b2: 0.0 };
+        Best { last: f64::from(tmax).next_down(), boxes: tmax, key: f64::INFINITY, hit }
+    }
+
     /// Equal for values of t that agree to 2⁻³⁶: coincident surfaces are told apart by their ids.
     #[inline(always)]
     fn key(t: f64) -> f64 {
@@ -199,7 +138,8 @@ impl Best {
     fn offer(&mut self, hit: Hit) {
         let key = Self::key(hit.t);
         if key < self.key || (key == self.key && hit.prim < self.hit.prim) {
-            *self = Best { last: (hit.t as f32).next_up(), key, hit };
+            let last = f64::from_bits(hit.t.to_bits() | 0xffff).min(self.last);
+            *self = Best { last, boxes: (hit.t as f32).next_up(), key, hit };
         }
     }
 }
@@ -300,17 +240,17 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, ray: &Ray) -> Option<Hit> {
     let ray64 = Ray64::new(ray.o, ray.d);
     let setup = Setup::<L>::new(ray, &ray64)?;
     let mut current = tree.root?;
-    let none = Hit { t: f64::INFINITY, prim: u32::MAX, b1: 0.0, b2: 0.0 };
-    let mut best = Best { last: ray.tmax, key: f64::INFINITY, hit: none };
+    let mut best = Best::none(ray.tmax);
+    let (tmin, tmax) = (f64::from(ray.tmin.max(0.0)), f64::from(ray.tmax));
     let places = Places::new(tree);
     let mut slots: Slots<u64> = [const { MaybeUninit::uninit() }; STACK];
     let mut len = 0;
     'walk: loop {
         while !current.is_leaf() {
             let node = tree.node(current);
-            let (mut bits, near) = setup.enter(node, L::splat(best.last));
+            let (mut bits, near) = setup.enter(node, L::splat(best.boxes));
             if bits == 0 {
-                match pop(&slots, &mut len, best.last) {
+                match pop(&slots, &mut len, best.boxes) {
                     Some(c) => current = c,
                     None => break 'walk,
                 }
@@ -359,7 +299,6 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, ray: &Ray) -> Option<Hit> {
         if current.is_analytic() {
             let (first, count) = current.analytic_range();
             for a in &tree.analytic[first..first + count] {
-                let (tmin, tmax) = setup.exact.interval();
                 if let Some((t, b1, b2)) = a.intersect(&ray64, tmin, tmax) {
                     best.offer(Hit { t, prim: a.prim, b1, b2 });
                 }
@@ -368,17 +307,19 @@ pub(super) fn closest<L: Lanes>(tree: &Tree, ray: &Ray) -> Option<Hit> {
             let (first, count) = current.block_range();
             for i in first..first + count {
                 let block = tree.block(i);
-                let mut bits = setup.candidates(block, L::splat(best.last), [ray.from; 2]);
+                let Some(hits) = setup.exact.meet::<L>(block, best.last, [ray.from; 2]) else {
+                    continue;
+                };
+                let mut bits = hits.bits;
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize & 7;
                     bits &= bits - 1;
-                    if let Some((t, b1, b2)) = setup.exact.meet(block, lane) {
-                        best.offer(Hit { t, prim: block.prim[lane], b1, b2 });
-                    }
+                    let (b1, b2) = (hits.b1[lane], hits.b2[lane]);
+                    best.offer(Hit { t: hits.t[lane], prim: block.prim[lane], b1, b2 });
                 }
             }
         }
-        match pop(&slots, &mut len, best.last) {
+        match pop(&slots, &mut len, best.boxes) {
             Some(c) => current = c,
             None => break,
         }
@@ -413,6 +354,8 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32)
     let Some(setup) = Setup::<L>::new(ray, exact) else { return false };
     let Some(mut current) = tree.root else { return false };
     let last = L::splat(ray.tmax);
+    let (tmin, tmax) = (f64::from(ray.tmin.max(0.0)), f64::from(ray.tmax));
+    let end = tmax.next_down();
     let places = Places::new(tree);
     let mut slots: Slots<u32> = [const { MaybeUninit::uninit() }; STACK];
     let mut len = 0;
@@ -420,7 +363,6 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32)
         if current.is_leaf() {
             if current.is_analytic() {
                 let (first, count) = current.analytic_range();
-                let (tmin, tmax) = setup.exact.interval();
                 let hit = tree.analytic[first..first + count].iter().any(|a| {
                     let own = (a.prim == ray.from && a.is_left_for_good(exact.o, exact.d))
                         || (a.prim == to && a.is_left_for_good(exact.o + exact.d, -exact.d));
@@ -432,14 +374,8 @@ pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32)
             } else {
                 let (first, count) = current.block_range();
                 for i in first..first + count {
-                    let block = tree.block(i);
-                    let mut bits = setup.candidates(block, last, [ray.from, to]);
-                    while bits != 0 {
-                        let lane = bits.trailing_zeros() as usize & 7;
-                        bits &= bits - 1;
-                        if setup.exact.meet(block, lane).is_some() {
-                            return true;
-                        }
+                    if setup.exact.meet::<L>(tree.block(i), end, [ray.from, to]).is_some() {
+                        return true;
                     }
                 }
             }

@@ -33,8 +33,8 @@ impl Scene {
     }
 
     pub(crate) fn surface_point(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
-        let p = self.accel.position(hit, ray);
-        self.complete(hit.prim, hit.b1 as f32, hit.b2 as f32, p)
+        let (p, [b1, b2]) = self.accel.place(hit, ray);
+        self.complete(hit.prim, b1, b2, p)
     }
 
     pub(crate) fn area_sample_point(&self, sample: AreaSample) -> SurfacePoint {
@@ -42,7 +42,7 @@ impl Scene {
             AreaSample::Flat { prim, b1, b2 } => {
                 let hit = Hit { t: 0.0, prim, b1: b1.into(), b2: b2.into() };
                 // Triangles and disks ignore the ray.
-                let p = self.accel.position(&hit, &Ray::new(Vec3::ZERO, Vec3::Z));
+                let (p, [b1, b2]) = self.accel.place(&hit, &Ray::new(Vec3::ZERO, Vec3::Z));
                 self.complete(prim, b1, b2, p)
             }
             AreaSample::Curved { prim, p } => self.curved_point(prim, p),

@@ -1,7 +1,9 @@
-//! The tree against plain tests of every primitive, and the two code paths against each other.
+//! The tree against plain tests of every primitive, and the instruction sets against each other.
 
 use glam::{DVec3, Vec3};
-use pathspace_core::geometry::{Accel, CylinderPrim, DiskPrim, Hit, Primitives, SpherePrim};
+use pathspace_core::geometry::{
+    Accel, CylinderPrim, DiskPrim, Hit, InstructionSet, Primitives, SpherePrim,
+};
 use pathspace_core::math::Ray;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -54,16 +56,20 @@ fn build(p: Primitives) -> Accel {
 }
 
 #[test]
-fn both_code_paths_give_the_same_bits() {
+fn all_instruction_sets_give_the_same_bits() {
     let mut scene = mixed(2000, 0.05);
     scene.triangles.extend(blob(32));
-    let accel = build(scene);
-    let differ = count(1_050_000, 1, |rng| {
-        let ray = any_ray(rng);
-        bits(accel.closest(&ray)) != bits(accel.closest_portable(&ray))
-            || accel.occluded(&ray) != accel.occluded_portable(&ray)
-    });
-    assert_eq!(differ, 0);
+    let accel = build(scene.clone());
+    for (seed, set) in [InstructionSet::Portable, InstructionSet::Avx2].into_iter().enumerate() {
+        let mut other = build(scene.clone());
+        other.restrict(set);
+        let differ = count(525_000, 1 + seed as u64, |rng| {
+            let ray = any_ray(rng);
+            bits(accel.closest(&ray)) != bits(other.closest(&ray))
+                || accel.occluded(&ray) != other.occluded(&ray)
+        });
+        assert_eq!(differ, 0, "{set:?}");
+    }
 }
 
 #[test]
