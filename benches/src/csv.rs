@@ -15,8 +15,8 @@ pub fn csv(results: &Results) -> String {
     let mut text = format!("{HEADING}\n");
     for scene in &results.scenes {
         let standings = Standings::of(scene, results.machine.threads);
-        for arm in &scene.arms {
-            for (n, p) in arm.points.iter().enumerate() {
+        for method in &scene.methods {
+            for (n, p) in method.points.iter().enumerate() {
                 let unit = match p.budget.kind {
                     BudgetKind::Seconds => "seconds",
                     BudgetKind::Spp => "spp",
@@ -24,8 +24,8 @@ pub fn csv(results: &Results) -> String {
                 let names = format!(
                     "{},{},{},{},{unit}",
                     quoted(&scene.name),
-                    quoted(&arm.integrator),
-                    arm.external,
+                    quoted(&method.integrator),
+                    method.external,
                     p.budget.value
                 );
                 text += &names;
@@ -42,8 +42,8 @@ pub fn csv(results: &Results) -> String {
                 }
                 let _ = write!(text, ",{}", p.nonfinite);
                 // Ratios and verdicts are those of the largest budget.
-                let last = n + 1 == arm.points.len();
-                let row = standings.rows.iter().find(|r| last && r.integrator == arm.integrator);
+                let last = n + 1 == method.points.len();
+                let row = standings.rows.iter().find(|r| last && r.integrator == method.integrator);
                 beside_the_baseline(&mut text, scene, &standings, row);
                 text.push('\n');
             }

@@ -44,7 +44,7 @@ impl Results {
     /// Integrators of all scenes, in order of first appearance; their index is their colour.
     pub fn integrators(&self) -> Vec<String> {
         let mut seen = std::collections::BTreeSet::new();
-        let names = self.scenes.iter().flat_map(|s| &s.arms).map(|a| &a.integrator);
+        let names = self.scenes.iter().flat_map(|s| &s.methods).map(|a| &a.integrator);
         names.filter(|name| seen.insert(*name)).cloned().collect()
     }
 }
@@ -74,7 +74,8 @@ pub struct SceneResults {
     /// What errors are measured against; without one they are the variance over replicates.
     pub reference: Option<Reference>,
     /// Integrator after integrator.
-    pub arms: Vec<ArmResults>,
+    #[serde(alias = "arms")]
+    pub methods: Vec<MethodResults>,
     /// Every pair of them, at the largest budget.
     pub pairs: Vec<PairSummary>,
 }
@@ -116,7 +117,7 @@ pub struct Reference {
 
 /// One integrator on one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ArmResults {
+pub struct MethodResults {
     /// Its spec; with `#2`, … where the same one was asked for again.
     pub integrator: String,
     /// True for another renderer.
@@ -292,7 +293,7 @@ mod tests {
             nonfinite: 0,
             per_replicate_mse: vec![1.0, 3.0],
         };
-        let arm = ArmResults {
+        let method = MethodResults {
             integrator: "pt".into(),
             external: false,
             points: vec![point],
@@ -310,7 +311,7 @@ mod tests {
             width: 8,
             height: 8,
             reference: None,
-            arms: vec![arm],
+            methods: vec![method],
             pairs: Vec::new(),
         };
         let results = Results {

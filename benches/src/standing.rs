@@ -6,7 +6,7 @@ use pathspace_validation::page::ratio;
 use pathspace_validation::stats::{Rule, Verdict};
 use serde::Serialize;
 
-use crate::results::{ArmResults, BudgetKind, Point, SceneResults};
+use crate::results::{BudgetKind, MethodResults, Point, SceneResults};
 
 /// A share of the image from which on nothing is missing that would show.
 const WHOLE: f64 = 0.9995;
@@ -22,7 +22,7 @@ const OVERRUN: f64 = 1.25;
 pub struct Standing {
     /// Its spec.
     pub integrator: String,
-    /// Index among the arms of the scene.
+    /// Index among the methods of the scene.
     pub index: usize,
     /// True for the baseline itself.
     pub is_baseline: bool,
@@ -79,20 +79,20 @@ pub struct Standings {
 }
 
 impl Standings {
-    /// Ranks the arms of a scene that was rendered on this many threads.
+    /// Ranks the methods of a scene that was rendered on this many threads.
     pub fn of(scene: &SceneResults, threads: usize) -> Standings {
-        let named = scene.arms.iter().find_map(|a| a.ratio.as_ref().map(|r| r.baseline.clone()));
-        let first = || scene.arms.first().map(|a| a.integrator.clone());
+        let named = scene.methods.iter().find_map(|a| a.ratio.as_ref().map(|r| r.baseline.clone()));
+        let first = || scene.methods.first().map(|a| a.integrator.clone());
         let baseline = named.or_else(first).unwrap_or_default();
-        let base = scene.arms.iter().find(|a| a.integrator == baseline);
-        let mut rows: Vec<Standing> = (scene.arms.iter().enumerate())
-            .map(|(index, arm)| standing(scene, index, arm, base, threads))
+        let base = scene.methods.iter().find(|a| a.integrator == baseline);
+        let mut rows: Vec<Standing> = (scene.methods.iter().enumerate())
+            .map(|(index, method)| standing(scene, index, method, base, threads))
             .collect();
         let size = |s: &Standing| if s.ratio.is_finite() { s.ratio } else { 0.0 };
         rows.sort_by(|a, b| b.whole.cmp(&a.whole).then(size(b).total_cmp(&size(a))));
         let tally = tally(scene);
         let best = best(scene, &baseline, &rows, tally);
-        let idle = scene.arms.iter().filter_map(|a| utilisation(a, threads));
+        let idle = scene.methods.iter().filter_map(|a| utilisation(a, threads));
         let busy = idle.filter(|u| *u < BUSY).reduce(f64::min);
         Standings { right: right(scene, tally), best, tally, baseline, rows, busy }
     }
@@ -106,25 +106,25 @@ impl Standings {
 fn standing(
     scene: &SceneResults,
     index: usize,
-    arm: &ArmResults,
-    base: Option<&ArmResults>,
+    method: &MethodResults,
+    base: Option<&MethodResults>,
     threads: usize,
 ) -> Standing {
-    let is_baseline = base.is_some_and(|b| b.integrator == arm.integrator);
-    let [ratio, low, high] = match (&arm.ratio, is_baseline) {
+    let is_baseline = base.is_some_and(|b| b.integrator == method.integrator);
+    let [ratio, low, high] = match (&method.ratio, is_baseline) {
         (Some(r), _) => [r.value, r.low, r.high],
         (None, true) => [1.0; 3],
         (None, false) => [f64::NAN; 3],
     };
-    let seen = seen(scene, &arm.integrator);
-    let (mine, theirs) = (arm.points.last(), base.and_then(|b| b.points.last()));
+    let seen = seen(scene, &method.integrator);
+    let (mine, theirs) = (method.points.last(), base.and_then(|b| b.points.last()));
     let both = mine.zip(theirs);
     let base_whole = base.is_some_and(|b| self::seen(scene, &b.integrator) >= WHOLE);
     let whole = seen >= WHOLE;
     let cost = |p: &Point| p.relmse * p.seconds;
-    let pair = base.and_then(|b| mdb_of(scene, &arm.integrator, &b.integrator));
+    let pair = base.and_then(|b| mdb_of(scene, &method.integrator, &b.integrator));
     Standing {
-        integrator: arm.integrator.clone(),
+        integrator: method.integrator.clone(),
         index,
         is_baseline,
         ratio,
@@ -140,7 +140,7 @@ fn standing(
         seen,
         whole,
         heavy: !is_baseline && pair.is_some_and(|mdb| !(mdb <= HEAVY)),
-        busy: is_busy(arm, threads) || base.is_some_and(|b| is_busy(b, threads)),
+        busy: is_busy(method, threads) || base.is_some_and(|b| is_busy(b, threads)),
     }
 }
 
@@ -158,17 +158,17 @@ fn mdb_of(scene: &SceneResults, a: &str, b: &str) -> Option<f64> {
 }
 
 /// Processor time over wall clock times threads, at the largest budget; `None` for other renderers and where the system does not tell.
-fn utilisation(arm: &ArmResults, threads: usize) -> Option<f64> {
-    let p = arm.points.last().filter(|_| !arm.external)?;
+fn utilisation(method: &MethodResults, threads: usize) -> Option<f64> {
+    let p = method.points.last().filter(|_| !method.external)?;
     let share = p.cpu_seconds / (p.seconds * threads.max(1) as f64);
     (share.is_finite() && share > 0.0).then_some(share)
 }
 
-fn is_busy(arm: &ArmResults, threads: usize) -> bool {
-    let overrun = arm.points.last().is_some_and(|p| {
+fn is_busy(method: &MethodResults, threads: usize) -> bool {
+    let overrun = method.points.last().is_some_and(|p| {
         p.budget.kind == BudgetKind::Seconds && p.seconds > OVERRUN * p.budget.value
     });
-    utilisation(arm, threads).is_some_and(|u| u < BUSY) || (overrun && !arm.external)
+    utilisation(method, threads).is_some_and(|u| u < BUSY) || (overrun && !method.external)
 }
 
 fn tally(scene: &SceneResults) -> Tally {
@@ -266,11 +266,11 @@ mod tests {
     use super::*;
     use crate::results::{Images, Interval, PointBudget, Ratio};
 
-    /// An arm with a ratio to pt and a share of the processors of two threads.
-    fn arm(name: &str, value: Option<f64>, cpu: f64) -> ArmResults {
+    /// An method with a ratio to pt and a share of the processors of two threads.
+    fn method(name: &str, value: Option<f64>, cpu: f64) -> MethodResults {
         let interval = Interval { value: 1.0, low: 0.5, high: 2.0 };
         let budget = PointBudget { kind: BudgetKind::Seconds, value: 1.0 };
-        ArmResults {
+        MethodResults {
             integrator: name.into(),
             external: false,
             points: vec![Point {
@@ -304,14 +304,14 @@ mod tests {
         }
     }
 
-    fn scene(arms: Vec<ArmResults>) -> SceneResults {
+    fn scene(methods: Vec<MethodResults>) -> SceneResults {
         SceneResults {
             name: "a".into(),
             hash: String::new(),
             width: 4,
             height: 4,
             reference: None,
-            arms,
+            methods,
             pairs: Vec::new(),
         }
     }
@@ -319,9 +319,9 @@ mod tests {
     #[test]
     fn the_best_comes_first_and_the_baseline_has_one() {
         let s = scene(vec![
-            arm("pt", None, 2.0),
-            arm("bdpt", Some(3.0), 2.0),
-            arm("mlt", Some(0.5), 2.0),
+            method("pt", None, 2.0),
+            method("bdpt", Some(3.0), 2.0),
+            method("mlt", Some(0.5), 2.0),
         ]);
         let found = Standings::of(&s, 2);
         let names: Vec<&str> = found.rows.iter().map(|r| r.integrator.as_str()).collect();
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn a_busy_machine_is_told() {
-        let s = scene(vec![arm("pt", None, 2.0), arm("bdpt", Some(3.0), 1.0)]);
+        let s = scene(vec![method("pt", None, 2.0), method("bdpt", Some(3.0), 1.0)]);
         let found = Standings::of(&s, 2);
         assert_eq!(found.busy, Some(0.5));
         assert!(found.rows[0].busy && !found.rows[1].busy);

@@ -40,7 +40,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Arm:
+class Method:
     """One integrator on one scene."""
 
     integrator: str
@@ -74,15 +74,15 @@ class SceneComparison:
 
     scene: str
     size: tuple[int, int]
-    arms: list[Arm]
+    methods: list[Method]
     pairs: list[Pair]
 
-    def arm(self, integrator: str) -> Arm:
-        """The arm of an integrator."""
-        for arm in self.arms:
-            if arm.integrator == integrator:
-                return arm
-        raise KeyError(f"{integrator}: none of {', '.join(a.integrator for a in self.arms)}")
+    def method(self, integrator: str) -> Method:
+        """The method of an integrator."""
+        for method in self.methods:
+            if method.integrator == integrator:
+                return method
+        raise KeyError(f"{integrator}: none of {', '.join(a.integrator for a in self.methods)}")
 
 
 @dataclass(frozen=True)
@@ -109,14 +109,14 @@ class Comparison:
 
         rows = []
         for scene in self.scenes:
-            for arm in scene.arms:
-                for n, point in enumerate(arm.points):
-                    last = n == len(arm.points) - 1
-                    ratio = arm.ratio if last else None
+            for method in scene.methods:
+                for n, point in enumerate(method.points):
+                    last = n == len(method.points) - 1
+                    ratio = method.ratio if last else None
                     rows.append(
                         {
                             "scene": scene.scene,
-                            "integrator": arm.integrator,
+                            "integrator": method.integrator,
                             "budget": point.budget,
                             "seconds": point.seconds,
                             "cpu_seconds": point.cpu_seconds,
@@ -126,7 +126,7 @@ class Comparison:
                             "mse_low": point.mse.low,
                             "mse_high": point.mse.high,
                             "relmse": point.relmse,
-                            "efficiency": arm.efficiency.value if last else math.nan,
+                            "efficiency": method.efficiency.value if last else math.nan,
                             "ratio": ratio.value if ratio else math.nan,
                             "ratio_low": ratio.low if ratio else math.nan,
                             "ratio_high": ratio.high if ratio else math.nan,
@@ -189,10 +189,10 @@ def _comparison(told: dict[str, Any], folder: Path, keep: Any) -> Comparison:
             p["nonfinite"],
         )
 
-    def arm(a: Mapping[str, Any]) -> Arm:
+    def method(a: Mapping[str, Any]) -> Method:
         ratio = _estimate(a["ratio"]) if a["ratio"] else None
         slope = _estimate(a["slope"]) if a["slope"] else None
-        return Arm(a["integrator"], [point(p) for p in a["points"]], _estimate(a["efficiency"]), ratio, slope)
+        return Method(a["integrator"], [point(p) for p in a["points"]], _estimate(a["efficiency"]), ratio, slope)
 
     def pair(p: Mapping[str, Any]) -> Pair:
         ratio = Estimate(*(_nan(p[f"efficiency_ratio{end}"]) for end in ("", "_low", "_high")))
@@ -202,7 +202,7 @@ def _comparison(told: dict[str, Any], folder: Path, keep: Any) -> Comparison:
         SceneComparison(
             s["name"],
             (s["width"], s["height"]),
-            [arm(a) for a in s["arms"]],
+            [method(a) for a in s["methods"]],
             [pair(p) for p in s["pairs"]],
         )
         for s in told["scenes"]

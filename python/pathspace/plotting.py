@@ -26,14 +26,14 @@ def comparison_figure(found: Comparison) -> Any:
 
 
 def _curves(ax: Any, scene: Any) -> None:
-    for n, arm in enumerate(scene.arms):
+    for n, method in enumerate(scene.methods):
         colour = _COLOURS[n % len(_COLOURS)]
         # An estimate of a squared error that is not positive says only that it is small.
-        points = [p for p in arm.points if p.mse.value > 0 and p.seconds > 0]
+        points = [p for p in method.points if p.mse.value > 0 and p.seconds > 0]
         x, y = [p.seconds for p in points], [p.mse.value for p in points]
         low = [max(p.mse.low, 1e-3 * p.mse.value) if math.isfinite(p.mse.low) else p.mse.value for p in points]
         high = [p.mse.high if math.isfinite(p.mse.high) else p.mse.value for p in points]
-        ax.plot(x, y, "o-", color=colour, label=arm.integrator, markersize=3, linewidth=1)
+        ax.plot(x, y, "o-", color=colour, label=method.integrator, markersize=3, linewidth=1)
         if len(points) > 1:
             ax.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
         else:
@@ -47,16 +47,16 @@ def _curves(ax: Any, scene: Any) -> None:
 
 
 def _ratios(ax: Any, scene: Any) -> None:
-    arms = [a for a in scene.arms if a.ratio is not None and a.ratio.value > 0]
-    baseline = next((a.integrator for a in scene.arms if a.ratio is None), "the baseline")
-    for row, arm in enumerate(arms):
-        colour = _COLOURS[scene.arms.index(arm) % len(_COLOURS)]
-        r = arm.ratio
+    methods = [a for a in scene.methods if a.ratio is not None and a.ratio.value > 0]
+    baseline = next((a.integrator for a in scene.methods if a.ratio is None), "the baseline")
+    for row, method in enumerate(methods):
+        colour = _COLOURS[scene.methods.index(method) % len(_COLOURS)]
+        r = method.ratio
         ax.plot([r.value], [row], "o", color=colour, markersize=4)
         if math.isfinite(r.low) and math.isfinite(r.high):
             ax.hlines([row], r.low, r.high, color=colour, linewidth=1.5)
     ax.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
-    ax.set_yticks(range(len(arms)), [a.integrator for a in arms])
-    ax.set_ylim(len(arms) - 0.5, -0.5)
+    ax.set_yticks(range(len(methods)), [a.integrator for a in methods])
+    ax.set_ylim(len(methods) - 0.5, -0.5)
     ax.set_xlabel(f"efficiency over that of {baseline} (95 %); higher is better")

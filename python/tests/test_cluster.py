@@ -75,7 +75,7 @@ def test_comparisons_are_rendered_on_the_cluster(client, scene, tmp_path):
     options = {"spp": 4, "replicates": 3, "threads": 1}
     there = ps.compare(scene, ["pt", "bdpt"], client=client, output=tmp_path / "there", **options)
     here = ps.compare(scene, ["pt", "bdpt"], output=tmp_path / "here", **options)
-    mse = lambda found: [p.mse.value for a in found.scenes[0].arms for p in a.points]
+    mse = lambda found: [p.mse.value for a in found.scenes[0].methods for p in a.points]
     assert mse(there) == mse(here)
 
 

@@ -16,14 +16,14 @@ def found(scene, tmp_path_factory):
 
 def test_results_are_dataclasses(found):
     [scene] = found.scenes
-    assert [a.integrator for a in scene.arms] == ["pt", "bdpt"] and found.complete
-    arm = scene.arm("bdpt")
-    assert [p.budget for p in arm.points] == ["2 spp", "4 spp", "8 spp"] and arm.points[0].replicates == 4
-    assert arm.ratio.value > 0 and scene.arm("pt").ratio is None
+    assert [a.integrator for a in scene.methods] == ["pt", "bdpt"] and found.complete
+    method = scene.method("bdpt")
+    assert [p.budget for p in method.points] == ["2 spp", "4 spp", "8 spp"] and method.points[0].replicates == 4
+    assert method.ratio.value > 0 and scene.method("pt").ratio is None
     [pair] = scene.pairs
     assert pair.verdict in ("agree", "inconclusive") and not found.differ
     with pytest.raises(KeyError, match="magic"):
-        scene.arm("magic")
+        scene.method("magic")
 
 
 def test_tables_plots_and_the_page(found, tmp_path):

@@ -210,7 +210,7 @@ fn wanted(args: &ReferenceArgs, setup: &Setup) -> Result<f64> {
     let results: Results =
         serde_json::from_str(&text).with_context(|| format!("{}: no results", path.display()))?;
     let scenes = results.scenes.iter().filter(|s| s.hash == setup.hash);
-    let points = scenes.flat_map(|s| &s.arms).flat_map(|a| &a.points);
+    let points = scenes.flat_map(|s| &s.methods).flat_map(|a| &a.points);
     let smallest = points.map(|p| p.relmse).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         bail!("{}: no errors on this scene", path.display());

@@ -10,7 +10,7 @@ use pathspace_integrators::Registry;
 use pathspace_validation::stats::Verdict;
 use pathspace_validation::suites::{self, Options, Suite};
 use pathspace_validation::validate::{
-    ArmState, Check, CheckOutcome, Failure, Method, PairReport, Report, SceneReport,
+    Check, CheckOutcome, Failure, MethodState, PairReport, Report, SceneReport, StoppingRule,
 };
 use serde::Serialize;
 
@@ -27,14 +27,14 @@ use super::{Done, mutants, program};
 struct Object<'a> {
     threads: usize,
     passed: bool,
-    failures: Vec<Told>,
+    failures: Vec<FailureReport>,
     #[serde(flatten)]
     report: &'a Report,
 }
 
 /// A failure with the command that shows it again.
 #[derive(Debug, Serialize)]
-struct Told {
+struct FailureReport {
     #[serde(flatten)]
     failure: Failure,
     replay: String,
@@ -70,7 +70,8 @@ pub(super) fn validate(
     let report = pool.install(|| suites::run(&suite, registry, &options, &mut watch));
     drop(progress);
     let report = report?;
-    let failures: Vec<Told> = report.failures().into_iter().map(|f| told(f, args)).collect();
+    let failures: Vec<FailureReport> =
+        report.failures().into_iter().map(|f| told(f, args)).collect();
     tell(&report, &failures, out)?;
     let object = Object {
         threads: pool.current_num_threads(),
@@ -114,7 +115,7 @@ fn suite(args: &ValidateArgs) -> Result<Suite> {
         config.replicates = k as usize;
     }
     if args.sequential {
-        config.method = Method::Sequential { batch: 8, most: 4 * config.replicates };
+        config.stopping = StoppingRule::Sequential { batch: 8, most: 4 * config.replicates };
     }
     if let Some(effort) = args.effort {
         suite = suite.with_effort(effort);
@@ -131,7 +132,7 @@ fn write(path: &Path, text: &str) -> Result<()> {
 }
 
 /// The same scene and integrators alone, with the level that the test had.
-fn told(failure: Failure, args: &ValidateArgs) -> Told {
+fn told(failure: Failure, args: &ValidateArgs) -> FailureReport {
     let mut replay = format!("{} validate {}", program(), args.suite);
     for integrator in &failure.integrators {
         // The second of two equal ones is asked for by the same spec again.
@@ -149,10 +150,10 @@ fn told(failure: Failure, args: &ValidateArgs) -> Told {
     if args.sequential {
         replay += " --sequential";
     }
-    Told { failure, replay }
+    FailureReport { failure, replay }
 }
 
-fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
+fn tell(report: &Report, failures: &[FailureReport], out: &mut dyn Write) -> Result<()> {
     for scene in &report.scenes {
         tell_scene(scene, out)?;
     }
@@ -172,7 +173,7 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
     if !report.complete {
         writeln!(out, "interrupted: what stands above is all that was done")?;
     }
-    for Told { failure, replay } in failures {
+    for FailureReport { failure, replay } in failures {
         writeln!(out, "\nWRONG on {}: {}\n  again: {replay}", failure.scene, failure.message)?;
     }
     let [well, wrong, open] = report.tally();
@@ -199,16 +200,18 @@ fn tell(report: &Report, failures: &[Told], out: &mut dyn Write) -> Result<()> {
 fn tell_scene(scene: &SceneReport, out: &mut dyn Write) -> Result<()> {
     let [width, height] = scene.size;
     writeln!(out, "{}: {width}×{height}, {:.1} s", scene.scene, scene.seconds)?;
-    let arms: Vec<_> = scene.integrators.iter().filter(|a| a.state == ArmState::Rendered).collect();
-    let numbers: Vec<String> = (1..arms.len()).map(|n| n.to_string()).collect();
+    let methods: Vec<_> =
+        scene.integrators.iter().filter(|a| a.state == MethodState::Rendered).collect();
+    let numbers: Vec<String> = (1..methods.len()).map(|n| n.to_string()).collect();
     let mut heading = vec!["", "samples"];
     heading.extend(numbers.iter().map(String::as_str));
     let mut table = Table::new(&heading, &[0]);
-    for (i, arm) in arms.iter().enumerate() {
-        let name = format!("{} {}", i + 1, arm.integrator);
-        let mut row = vec![name, format!("{}×{}", arm.replicates, arm.samples)];
-        for other in &arms[..i] {
-            let of = |p: &&PairReport| p.last.a == other.integrator && p.last.b == arm.integrator;
+    for (i, method) in methods.iter().enumerate() {
+        let name = format!("{} {}", i + 1, method.integrator);
+        let mut row = vec![name, format!("{}×{}", method.replicates, method.samples)];
+        for other in &methods[..i] {
+            let of =
+                |p: &&PairReport| p.last.a == other.integrator && p.last.b == method.integrator;
             row.push(scene.pairs.iter().find(of).map_or("—".into(), |p| {
                 format!("{} {}{}", mark(p.outcome), percent(p.last.mdb), tile_mdb(p))
             }));

@@ -41,22 +41,22 @@ fn an_experiment_file_gives_results_curves_and_pictures() {
     assert_eq!(r["overall"][0]["baseline"], "bdpt");
     let scenes = r["scenes"].as_array().unwrap();
     assert_eq!((&scenes[0]["width"], &scenes[1]["width"]), (&16.into(), &8.into()));
-    for arm in scenes.iter().flat_map(|s| s["arms"].as_array().unwrap()) {
-        let points = arm["points"].as_array().unwrap();
+    for method in scenes.iter().flat_map(|s| s["methods"].as_array().unwrap()) {
+        let points = method["points"].as_array().unwrap();
         let spp: Vec<u64> = points.iter().map(|p| p["spp"].as_f64().unwrap() as u64).collect();
         assert_eq!(spp, [1, 2, 4]);
         assert!(points.iter().all(|p| p["per_replicate_mse"].as_array().unwrap().len() == 4));
-        let has_ratio = arm["ratio"]["value"].as_f64().is_some();
-        assert_eq!(has_ratio, arm["integrator"] == "pt");
-        assert!(arm["time_to_error"]["target"] == 0.5);
+        let has_ratio = method["ratio"]["value"].as_f64().is_some();
+        assert_eq!(has_ratio, method["integrator"] == "pt");
+        assert!(method["time_to_error"]["target"] == 0.5);
         // Every picture that is named is there.
-        let images = &arm["images"];
+        let images = &method["images"];
         let mut files: Vec<&Value> =
             ["mean", "png", "sigma_png", "techniques"].map(|k| &images[k]).to_vec();
-        files.extend(arm["frames"].as_array().unwrap());
-        files.extend(arm["error_pngs"].as_array().unwrap());
+        files.extend(method["frames"].as_array().unwrap());
+        files.extend(method["error_pngs"].as_array().unwrap());
         files.extend(images["lengths"].as_array().unwrap().iter().map(|l| &l[1]));
-        assert_eq!(arm["frames"].as_array().unwrap().len(), 3);
+        assert_eq!(method["frames"].as_array().unwrap().len(), 3);
         for file in files {
             let path = folder.path().join("out").join(file.as_str().unwrap());
             assert!(path.is_file(), "{}", path.display());
@@ -70,7 +70,7 @@ fn an_experiment_file_gives_results_curves_and_pictures() {
     let again =
         run_in(folder.path(), &["compare", "--experiment", "out/experiment.toml", "-o", "again"]);
     assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
-    let mse = |r: &Value| r["scenes"][1]["arms"][0]["points"][2]["per_replicate_mse"].clone();
+    let mse = |r: &Value| r["scenes"][1]["methods"][0]["points"][2]["per_replicate_mse"].clone();
     assert_eq!(mse(&results(&folder, "again")), mse(&r));
 }
 
@@ -164,8 +164,8 @@ fn killed_at_any_moment_it_goes_on_and_ends_the_same() {
     assert!(kills > 0, "it was never killed");
     let errors = |dir: &str| -> Vec<Value> {
         let r = results(&folder, dir);
-        let arms = r["scenes"][0]["arms"].as_array().unwrap();
-        arms.iter().map(|a| a["points"][0]["per_replicate_mse"].clone()).collect()
+        let methods = r["scenes"][0]["methods"].as_array().unwrap();
+        methods.iter().map(|a| a["points"][0]["per_replicate_mse"].clone()).collect()
     };
     assert_eq!(errors("out"), errors("whole"));
 }
@@ -261,7 +261,7 @@ fn renderers_that_are_absent_are_left_out_with_a_line() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("external:command=no-such-renderer is not there"));
     let r = results(&folder, "out");
-    assert_eq!(r["scenes"][0]["arms"].as_array().unwrap().len(), 1);
+    assert_eq!(r["scenes"][0]["methods"].as_array().unwrap().len(), 1);
     assert!(r["notes"][0].as_str().unwrap().contains("left out"));
 }
 
@@ -322,12 +322,12 @@ done
     }
     assert!(told.contains("gave 1 different images: it ignores the seed"), "{told}");
     let r = results(&folder, "out");
-    let arms: Vec<&str> = r["scenes"][0]["arms"]
+    let methods: Vec<&str> = r["scenes"][0]["methods"]
         .as_array()
         .unwrap()
         .iter()
         .map(|a| a["integrator"].as_str().unwrap())
         .collect();
-    assert_eq!(arms, ["pt", &same]);
+    assert_eq!(methods, ["pt", &same]);
     assert_eq!(r["notes"].as_array().unwrap().len(), 4);
 }

@@ -18,7 +18,7 @@ fn a_page_is_written_from_the_results_alone() {
     let results = serde_json::json!({
         "schema": 1, "version": "0", "citation": "", "command": "", "experiment": "", "seed": 1, "complete": true,
         "machine": { "cpu": "", "threads": 1, "os": "" }, "overall": [], "notes": ["a note"],
-        "scenes": [{ "name": "a", "hash": "", "width": 4, "height": 4, "reference": null, "arms": [], "pairs": [] }],
+        "scenes": [{ "name": "a", "hash": "", "width": 4, "height": 4, "reference": null, "methods": [], "pairs": [] }],
     });
     folder.write("results.json", results.to_string());
     let output = run_in(folder.path(), &["report", "."]);

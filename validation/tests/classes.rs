@@ -9,29 +9,29 @@ use pathspace_core::path::WalkRules;
 use pathspace_core::random::derive_seed;
 use pathspace_integrators::{Defaults, Registry};
 use pathspace_scenes::library;
-use pathspace_validation::pairs::{Arm, Observation, PathClass, Tiles, judge};
+use pathspace_validation::pairs::{Method, Observation, PathClass, Tiles, judge};
 use pathspace_validation::stats::{CompareConfig, Verdict};
 
 const SIZE: usize = 32;
 const SAMPLES: u64 = 64;
 
-fn arm(scene: &Arc<Scene>, spec: &str, rules: WalkRules, seed: u64) -> Arm {
+fn method(scene: &Arc<Scene>, spec: &str, rules: WalkRules, seed: u64) -> Method {
     let integrator =
         Registry::builtin().create(&spec.parse().unwrap(), &Defaults { rules }).unwrap();
-    let mut arm = Arm::new(spec.into(), integrator.families(scene));
+    let mut method = Method::new(spec.into(), integrator.families(scene));
     for r in 0..16 {
         let mut film = Film::new(scene.film(), Observation::LAYERS);
         let mut run = integrator.start(scene.clone(), derive_seed(seed, r)).unwrap();
         for _ in 0..SAMPLES {
             run.step(&mut film);
         }
-        arm.replicates.push(Observation::of(&film, &Tiles::at_most(16, SIZE, SIZE)));
+        method.replicates.push(Observation::of(&film, &Tiles::at_most(16, SIZE, SIZE)));
     }
-    arm
+    method
 }
 
-/// The same arm with light from infinity and from lamps in one class.
-fn without_marks(arm: &Arm) -> Arm {
+/// The same method with light from infinity and from lamps in one class.
+fn without_marks(method: &Method) -> Method {
     let one = |observation: &Observation| {
         let mut classes: BTreeMap<PathClass, _> = BTreeMap::new();
         for (class, value) in &observation.classes {
@@ -49,7 +49,7 @@ fn without_marks(arm: &Arm) -> Arm {
         }
         Observation { classes, samples: 0 }
     };
-    Arm { replicates: arm.replicates.iter().map(one).collect(), ..arm.clone() }
+    Method { replicates: method.replicates.iter().map(one).collect(), ..method.clone() }
 }
 
 /// `erpt` hits the small lamp of ring-caustic through the ring too seldom to have met it in these replicates; that the surroundings shine through the ring as well
@@ -61,8 +61,8 @@ fn a_lamp_that_was_never_met_does_not_hide_behind_the_surroundings() {
     let built = Arc::new(Scene::new(&loaded.description).unwrap());
     let rules =
         WalkRules { max_length: loaded.defaults.max_depth, rr_depth: loaded.defaults.rr_depth };
-    let (lt, erpt) = (arm(&built, "lt", rules, 1), arm(&built, "erpt", rules, 3));
-    let verdict = |a: &Arm, b: &Arm| {
+    let (lt, erpt) = (method(&built, "lt", rules, 1), method(&built, "erpt", rules, 3));
+    let verdict = |a: &Method, b: &Method| {
         judge(a, b, &Tiles::at_most(16, SIZE, SIZE), &CompareConfig::default()).unwrap().verdict
     };
     assert_eq!(verdict(&without_marks(&lt), &without_marks(&erpt)), Verdict::Differ);

@@ -7,7 +7,7 @@ use pathspace_core::film::Film;
 use pathspace_core::path::WalkRules;
 use pathspace_core::random::derive_seed;
 use pathspace_integrators::{Defaults, Registry};
-use pathspace_validation::pairs::{Arm, Observation, Tiles, judge};
+use pathspace_validation::pairs::{Method, Observation, Tiles, judge};
 use pathspace_validation::stats::{CompareConfig, Verdict};
 use rayon::prelude::*;
 
@@ -18,13 +18,13 @@ const REPLICATES: u64 = 16;
 const TILES: usize = 4;
 
 /// An integrator with as many steps as make its noise like that of the others.
-fn replicates(description: &SceneDescription, (spec, steps): (&str, u64)) -> Arm {
+fn replicates(description: &SceneDescription, (spec, steps): (&str, u64)) -> Method {
     let scene = Arc::new(models::build(description));
     let rules = WalkRules { max_length: Some(5), rr_depth: 4 };
     let defaults = Defaults { rules };
     let integrator = Registry::builtin().create(&spec.parse().unwrap(), &defaults).unwrap();
-    let mut arm = Arm::new(spec.into(), integrator.families(&scene));
-    arm.replicates = (0..REPLICATES)
+    let mut method = Method::new(spec.into(), integrator.families(&scene));
+    method.replicates = (0..REPLICATES)
         .into_par_iter()
         .map(|r| {
             let mut film = Film::new(scene.film(), Observation::LAYERS);
@@ -35,7 +35,7 @@ fn replicates(description: &SceneDescription, (spec, steps): (&str, u64)) -> Arm
             Observation::of(&film, &Tiles::at_most(TILES, SIZE as usize, SIZE as usize))
         })
         .collect();
-    arm
+    method
 }
 
 /// Every integrator against bdpt: none differs, and most of them see a bias of some percent.

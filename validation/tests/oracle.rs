@@ -22,7 +22,7 @@ const PATHS: usize = 10_000;
 const TOLERANCE: f64 = 1e-4;
 
 /// What an integrator promises about its paths.
-struct Arm<'a> {
+struct Method<'a> {
     name: &'a str,
     techniques: fn(usize) -> Vec<Technique>,
     heuristic: Heuristic,
@@ -31,7 +31,7 @@ struct Arm<'a> {
 
 const RULES: WalkRules = WalkRules { max_length: Some(12), rr_depth: 2 };
 
-const PT: Arm = Arm {
+const PT: Method = Method {
     name: "pt",
     // The sensor itself does no next-event estimation.
     techniques: |k| (0..2.min(k)).map(|s| Technique::new(s, k + 1 - s)).collect(),
@@ -39,7 +39,7 @@ const PT: Arm = Arm {
     rules: RULES,
 };
 
-const LT: Arm = Arm {
+const LT: Method = Method {
     name: "lt",
     techniques: |k| vec![Technique::new(k, 1)],
     heuristic: Heuristic::Balance,
@@ -78,17 +78,18 @@ struct Said {
     ln_f: [f64; 3],
 }
 
-fn oracle(scene: &Scene, arm: &Arm, path: &path::Path, technique: Technique) -> Said {
-    let techniques = (arm.techniques)(path.length());
-    let ln: Vec<_> = techniques.iter().map(|t| ln_density(scene, path, *t, &arm.rules)).collect();
+fn oracle(scene: &Scene, method: &Method, path: &path::Path, technique: Technique) -> Said {
+    let techniques = (method.techniques)(path.length());
+    let ln: Vec<_> =
+        techniques.iter().map(|t| ln_density(scene, path, *t, &method.rules)).collect();
     for (t, ln) in techniques.iter().zip(&ln) {
-        let possible = samplable(scene, path, *t, &arm.rules);
+        let possible = samplable(scene, path, *t, &method.rules);
         assert!(ln.is_none() || possible, "impossible technique {t:?} has a density: {path:?}");
     }
-    let weights: Vec<f64> = (0..ln.len()).map(|i| arm.heuristic.weight_ln(i, &ln)).collect();
+    let weights: Vec<f64> = (0..ln.len()).map(|i| method.heuristic.weight_ln(i, &ln)).collect();
     let sum = weights.iter().sum::<f64>();
     assert!(ln.iter().all(Option::is_none) || (sum - 1.0).abs() < 1e-12, "weights sum to {sum}");
-    let own = techniques.iter().position(|t| *t == technique).expect("a technique of the arm");
+    let own = techniques.iter().position(|t| *t == technique).expect("a technique of the method");
     Said {
         ln_pdf: ln[own],
         weight: weights[own],
@@ -99,7 +100,7 @@ fn oracle(scene: &Scene, arm: &Arm, path: &path::Path, technique: Technique) -> 
 /// Largest differences (density, weight, value) that the rounding of the vertices explains: the
 /// oracle on paths whose vertices were moved by some rounding errors and offsets of ray origins.
 /// `None` where such a step leaves the space of paths: vertices in a corner, as close as offsets.
-fn rounding(scene: &Scene, arm: &Arm, record: &PathRecord, said: &Said) -> Option<[f64; 3]> {
+fn rounding(scene: &Scene, method: &Method, record: &PathRecord, said: &Said) -> Option<[f64; 3]> {
     let mut u = RandomStream::new(Address { seed: 1, step: 0, item: 0 });
     let mut shake = |p: Vec3| {
         let d = Vec3::from([0, 1, 2].map(|_| 2.0 * u.next() - 1.0));
@@ -127,7 +128,7 @@ fn rounding(scene: &Scene, arm: &Arm, record: &PathRecord, said: &Said) -> Optio
                 Vertex::PointEmitter { .. } | Vertex::Sensor { .. } => {}
             }
         }
-        let moved = oracle(scene, arm, &path, record.technique);
+        let moved = oracle(scene, method, &path, record.technique);
         let (Some(a), Some(b)) = (said.ln_pdf, moved.ln_pdf) else { continue };
         paths += 1;
         largest[0] = largest[0].max((a - b).abs());
@@ -143,10 +144,10 @@ fn rounding(scene: &Scene, arm: &Arm, record: &PathRecord, said: &Said) -> Optio
     (paths >= 12).then_some(largest.map(|e| 2.0 * e))
 }
 
-fn check(scene: &Scene, arm: &Arm, record: &PathRecord, stats: &mut Stats) {
+fn check(scene: &Scene, method: &Method, record: &PathRecord, stats: &mut Stats) {
     let path = &record.path;
-    assert!(samplable(scene, path, record.technique, &arm.rules), "can not be made: {record:?}");
-    let said = oracle(scene, arm, path, record.technique);
+    assert!(samplable(scene, path, record.technique, &method.rules), "can not be made: {record:?}");
+    let said = oracle(scene, method, path, record.technique);
     let Some(ln) = said.ln_pdf else {
         // The directions of a very short edge are not near enough to those of a delta lobe.
         stats.no_density += 1;
@@ -161,7 +162,7 @@ fn check(scene: &Scene, arm: &Arm, record: &PathRecord, stats: &mut Stats) {
     stats.checked += 1;
     if errors.iter().any(|e| !(*e <= TOLERANCE)) {
         stats.shaken += 1;
-        let Some(explained) = rounding(scene, arm, record, &said) else {
+        let Some(explained) = rounding(scene, method, record, &said) else {
             stats.degenerate += 1;
             return;
         };
@@ -198,14 +199,14 @@ impl Stats {
     }
 }
 
-fn run(name: &str, scene: &Scene, arm: &Arm, estimator: &impl PathEstimator) -> usize {
+fn run(name: &str, scene: &Scene, method: &Method, estimator: &impl PathEstimator) -> usize {
     let sink = collect(estimator, scene, PATHS);
     let mut stats = Stats::default();
     let mut longest = 0;
     for (record, contribution) in sink.records.iter().zip(&sink.contributions) {
         longest = longest.max(record.path.length());
-        check(scene, arm, record, &mut stats);
-        let families = path::families(scene, &record.path, &arm.rules);
+        check(scene, method, record, &mut stats);
+        let families = path::families(scene, &record.path, &method.rules);
         if families != contribution.families {
             let told = contribution.families;
             stats.fail(format!("families {told:?}, oracle {families:?}: {record:?}"));
@@ -216,12 +217,12 @@ fn run(name: &str, scene: &Scene, arm: &Arm, estimator: &impl PathEstimator) -> 
         "{name}, {}: {checked} paths up to length {longest}, {shaken} beyond {TOLERANCE}, \
          {degenerate} degenerate, {no_density} without density, {} not explained by rounding; \
          {hidden} of {edges} edges hidden",
-        arm.name,
+        method.name,
         failures.len()
     );
     // A ray that just touches an edge may be seen differently from its two ends.
     // The connections of one bidirectional sample share its corners: 0.2 % of them in ring-caustic, from two dozen samples.
-    let unjudged = if arm.name == "bdpt" { 0.003 } else { 0.002 };
+    let unjudged = if method.name == "bdpt" { 0.003 } else { 0.002 };
     if hidden * 10_000 > edges || (degenerate + no_density) as f64 > unjudged * checked as f64 {
         failures.push("too many hidden edges or degenerate paths".into());
     }
@@ -231,14 +232,14 @@ fn run(name: &str, scene: &Scene, arm: &Arm, estimator: &impl PathEstimator) -> 
     failures.len()
 }
 
-fn run_all(arm: &Arm, estimator: &impl PathEstimator) {
+fn run_all(method: &Method, estimator: &impl PathEstimator) {
     let own = models::all();
-    let failures: usize = own.iter().map(|(name, scene)| run(name, scene, arm, estimator)).sum();
-    assert_eq!(failures, 0, "{}", arm.name);
+    let failures: usize = own.iter().map(|(name, scene)| run(name, scene, method, estimator)).sum();
+    assert_eq!(failures, 0, "{}", method.name);
 }
 
 /// Every scene of the library.
-fn run_library(arm: &Arm, estimator: &impl PathEstimator) {
+fn run_library(method: &Method, estimator: &impl PathEstimator) {
     let mut failures = 0;
     let mut seen = 0;
     for entry in library::all() {
@@ -246,10 +247,10 @@ fn run_library(arm: &Arm, estimator: &impl PathEstimator) {
         let mut description = loaded.description;
         description.film.filter = FilterKind::Box;
         let scene = models::build(&description);
-        failures += run(entry.name, &scene, arm, estimator);
+        failures += run(entry.name, &scene, method, estimator);
         seen += 1;
     }
-    assert!(seen >= 10 && failures == 0, "{}: {failures} failures", arm.name);
+    assert!(seen >= 10 && failures == 0, "{}: {failures} failures", method.name);
 }
 
 #[test]
@@ -269,13 +270,13 @@ fn path_tracer_agrees_with_the_oracle() {
 
 #[test]
 fn path_tracer_without_next_event_agrees_with_the_oracle() {
-    let arm = Arm {
+    let method = Method {
         name: "pt:nee=false",
         techniques: |k| vec![Technique::new(0, k + 1)],
         heuristic: Heuristic::Balance,
         rules: RULES,
     };
-    run_all(&arm, &pt(false));
+    run_all(&method, &pt(false));
 }
 
 #[test]
@@ -286,13 +287,13 @@ fn light_tracer_agrees_with_the_oracle() {
 fn bdpt(options: &str, heuristic: Heuristic) {
     let spec = format!("bdpt:max_depth=8,{options}").parse().unwrap();
     let bdpt = Bdpt::from_spec(&spec, &Default::default()).unwrap();
-    let arm = Arm {
+    let method = Method {
         name: "bdpt",
         techniques: |k| (0..k + 2).map(|s| Technique::new(s, k + 1 - s)).collect(),
         heuristic,
         rules: bdpt.rules(),
     };
-    run_all(&arm, &bdpt);
+    run_all(&method, &bdpt);
 }
 
 #[test]
@@ -308,7 +309,7 @@ fn bidirectional_path_tracer_without_roulette_agrees_with_the_oracle() {
 #[test]
 fn bidirectional_path_tracer_agrees_with_the_oracle_on_the_library() {
     let bdpt = every_technique();
-    run_library(&arm_of(&bdpt), &bdpt);
+    run_library(&method_of(&bdpt), &bdpt);
 }
 
 fn every_technique() -> Bdpt {
@@ -316,8 +317,8 @@ fn every_technique() -> Bdpt {
     Bdpt::from_spec(&spec, &Default::default()).unwrap()
 }
 
-fn arm_of(bdpt: &Bdpt) -> Arm<'static> {
-    Arm {
+fn method_of(bdpt: &Bdpt) -> Method<'static> {
+    Method {
         name: "bdpt",
         techniques: |k| (0..k + 2).map(|s| Technique::new(s, k + 1 - s)).collect(),
         heuristic: bdpt.heuristic,
@@ -329,7 +330,7 @@ fn arm_of(bdpt: &Bdpt) -> Arm<'static> {
 #[test]
 fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_one() {
     let bdpt = every_technique();
-    let arm = arm_of(&bdpt);
+    let method = method_of(&bdpt);
     for entry in library::all() {
         let loaded = entry.load(&[]).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
         let scene = models::build(&loaded.description);
@@ -339,8 +340,9 @@ fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_on
         for record in &sink.records {
             let path = &record.path;
             let k = path.length();
-            let all = (arm.techniques)(k);
-            let ln: Vec<_> = all.iter().map(|t| ln_density(&scene, path, *t, &arm.rules)).collect();
+            let all = (method.techniques)(k);
+            let ln: Vec<_> =
+                all.iter().map(|t| ln_density(&scene, path, *t, &method.rules)).collect();
             let made = bdpt.weights_of(&scene, path);
             // Rounding moves a direction by 2⁻²⁴ over the length of its edge, more at grazing angles.
             let shortest = path.vertices.windows(2).map(|w| w[0].edge_to(&w[1]));
@@ -349,7 +351,7 @@ fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_on
             let mut sum = 0.0;
             for (technique, weight) in &made {
                 let own = all.iter().position(|t| t == technique).expect("s + t = k + 1");
-                let oracle = arm.heuristic.weight_ln(own, &ln);
+                let oracle = method.heuristic.weight_ln(own, &ln);
                 weights += 1;
                 off += usize::from(!((weight - oracle).abs() <= tolerance));
                 sum += weight;

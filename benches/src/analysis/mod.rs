@@ -1,6 +1,6 @@
 //! From cells to results: errors, efficiencies, slopes and verdicts.
 
-mod arm;
+mod method;
 mod overall;
 mod pair;
 #[cfg(test)]
@@ -13,7 +13,7 @@ use crate::comparison::{Comparison, IntegratorSummary};
 use crate::experiment::{Plan, Setup, Store};
 use crate::metrics::Against;
 use crate::reference::ReferenceImage;
-use crate::results::{ArmResults, Images, PairSummary, Ratio, SceneResults};
+use crate::results::{Images, MethodResults, PairSummary, Ratio, SceneResults};
 
 pub use overall::overall;
 
@@ -53,7 +53,7 @@ pub fn analyse(
     questions: &Questions,
 ) -> Result<Analysed, StatsError> {
     let scene = Scene { plan, store, setup, reference };
-    let mut arms = Vec::new();
+    let mut methods = Vec::new();
     let mut integrators = Vec::new();
     let mut nonfinite = Vec::new();
     let mut notes = Vec::new();
@@ -66,16 +66,16 @@ pub fn analyse(
             continue;
         }
         notes.extend(scene.repeated(index));
-        let arm = arm::analyse(&scene, index, questions.target_error)?;
-        if arm.summary.nonfinite > 0 {
-            let name = arm.summary.integrator.clone();
-            nonfinite.push((name, arm.summary.nonfinite, arm.nonfinite_example));
+        let method = method::analyse(&scene, index, questions.target_error)?;
+        if method.summary.nonfinite > 0 {
+            let name = method.summary.integrator.clone();
+            nonfinite.push((name, method.summary.nonfinite, method.nonfinite_example));
         }
         taking_part.push(index);
-        integrators.push(arm.summary);
-        arms.push(arm.results);
+        integrators.push(method.summary);
+        methods.push(method.results);
     }
-    if arms.is_empty() {
+    if methods.is_empty() {
         return Err(StatsError::TooFew { what: "replicates", need: 2, got: fewest.min(1) });
     }
     let mut pairs = Vec::new();
@@ -86,8 +86,8 @@ pub fn analyse(
         }
     }
     let asked = questions.baseline.as_deref();
-    let baseline = arms.iter().position(|a| Some(a.integrator.as_str()) == asked).unwrap_or(0);
-    relate(&mut arms, &pairs, baseline);
+    let baseline = methods.iter().position(|a| Some(a.integrator.as_str()) == asked).unwrap_or(0);
+    relate(&mut methods, &pairs, baseline);
     let crop = setup.scene.film().crop;
     let results = SceneResults {
         name: setup.name.clone(),
@@ -95,30 +95,30 @@ pub fn analyse(
         width: crop.width,
         height: crop.height,
         reference: reference.map(ReferenceImage::summary),
-        arms,
+        methods,
         pairs: pairs.clone(),
     };
     Ok(Analysed { results, comparison: Comparison { integrators, pairs }, nonfinite, notes })
 }
 
-/// Puts the ratios to the baseline into the arms.
-fn relate(arms: &mut [ArmResults], pairs: &[PairSummary], baseline: usize) {
-    let name = arms[baseline].integrator.clone();
-    for arm in arms.iter_mut().filter(|a| a.integrator != name) {
-        arm.ratio = pairs.iter().find_map(|p| {
+/// Puts the ratios to the baseline into the methods.
+fn relate(methods: &mut [MethodResults], pairs: &[PairSummary], baseline: usize) {
+    let name = methods[baseline].integrator.clone();
+    for method in methods.iter_mut().filter(|a| a.integrator != name) {
+        method.ratio = pairs.iter().find_map(|p| {
             let (value, low, high) =
                 (p.efficiency_ratio, p.efficiency_ratio_low, p.efficiency_ratio_high);
             let baseline = name.clone();
-            if (&p.judgement.a, &p.judgement.b) == (&arm.integrator, &name) {
+            if (&p.judgement.a, &p.judgement.b) == (&method.integrator, &name) {
                 Some(Ratio { baseline, value, low, high })
-            } else if (&p.judgement.b, &p.judgement.a) == (&arm.integrator, &name) {
+            } else if (&p.judgement.b, &p.judgement.a) == (&method.integrator, &name) {
                 Some(Ratio { baseline, value: 1.0 / value, low: 1.0 / high, high: 1.0 / low })
             } else {
                 None
             }
         });
         // An exact image, or nothing in common.
-        arm.ratio = arm.ratio.take().filter(|r| r.value.is_finite() && r.value > 0.0);
+        method.ratio = method.ratio.take().filter(|r| r.value.is_finite() && r.value > 0.0);
     }
 }
 
@@ -171,11 +171,11 @@ impl Scene<'_> {
 }
 
 /// The part of a reference that both of two can make, as what errors are measured against.
-struct Yardstick(Option<[Vec<f32>; 2]>);
+struct ReferenceHalves(Option<[Vec<f32>; 2]>);
 
-impl Yardstick {
+impl ReferenceHalves {
     fn of(scene: &Scene<'_>, a: Families, b: Families) -> Self {
-        Yardstick(scene.reference.map(|r| r.halves(a, b)))
+        ReferenceHalves(scene.reference.map(|r| r.halves(a, b)))
     }
 
     fn against(&self) -> Against<'_> {
@@ -195,9 +195,9 @@ fn average<T>(items: &[T], f: impl Fn(&T) -> f64) -> f64 {
     items.iter().map(f).sum::<f64>() / items.len() as f64
 }
 
-/// What [`arm::analyse`] finds.
-struct Arm {
-    results: ArmResults,
+/// What [`method::analyse`] finds.
+struct Method {
+    results: MethodResults,
     summary: IntegratorSummary,
     nonfinite_example: Option<String>,
 }

@@ -14,15 +14,15 @@ const SCENES: usize = 5;
 /// no interval (NaN): a bootstrap over so few is too narrow. It says nothing of scenes of another kind.
 pub fn overall(scenes: &[SceneResults]) -> Vec<Overall> {
     let mut found: Vec<(String, String, Vec<f64>)> = Vec::new();
-    for arm in scenes.iter().flat_map(|s| &s.arms) {
-        let Some(ratio) = &arm.ratio else { continue };
+    for method in scenes.iter().flat_map(|s| &s.methods) {
+        let Some(ratio) = &method.ratio else { continue };
         let same = |(name, baseline, _): &&mut (String, String, Vec<f64>)| {
-            *name == arm.integrator && *baseline == ratio.baseline
+            *name == method.integrator && *baseline == ratio.baseline
         };
         match found.iter_mut().find(same) {
             Some((_, _, values)) => values.push(ratio.value),
             None => {
-                let names = (arm.integrator.clone(), ratio.baseline.clone());
+                let names = (method.integrator.clone(), ratio.baseline.clone());
                 found.push((names.0, names.1, vec![ratio.value]));
             }
         }

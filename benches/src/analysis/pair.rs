@@ -7,10 +7,10 @@
 use std::collections::BTreeMap;
 
 use pathspace_core::film::Families;
-use pathspace_validation::pairs::{Arm, Judgement, Observation, Unseen, judge};
+use pathspace_validation::pairs::{Judgement, Method, Observation, Unseen, judge};
 use pathspace_validation::stats::{CompareConfig, Estimate, StatsError, efficiency_ratio};
 
-use super::{Scene, Yardstick, average};
+use super::{ReferenceHalves, Scene, average};
 use crate::experiment::Cell;
 use crate::metrics::errors;
 use crate::results::PairSummary;
@@ -19,9 +19,9 @@ use crate::results::PairSummary;
 pub(super) type Light = BTreeMap<Families, f64>;
 
 /// The largest mean luminance that one of our own saw in each set of families, all path lengths together.
-pub(super) fn light_of_families(scene: &Scene<'_>, arms: &[usize]) -> Light {
+pub(super) fn light_of_families(scene: &Scene<'_>, methods: &[usize]) -> Light {
     let mut light = Light::new();
-    for &index in arms {
+    for &index in methods {
         if scene.setup.contestants[index].1.is_external() {
             continue;
         }
@@ -53,9 +53,9 @@ pub(super) fn compare(
     } else {
         judge(&one.observed(), &two.observed(), &scene.setup.tiles(), tests)?
     };
-    let yardstick = Yardstick::of(scene, one.families, two.families);
-    let (mse_a, costs_a) = one.costs(scene, two.families, &yardstick)?;
-    let (mse_b, costs_b) = two.costs(scene, one.families, &yardstick)?;
+    let reference = ReferenceHalves::of(scene, one.families, two.families);
+    let (mse_a, costs_a) = one.costs(scene, two.families, &reference)?;
+    let (mse_b, costs_b) = two.costs(scene, one.families, &reference)?;
     let value = (mse_b * two.seconds()) / (mse_a * one.seconds());
     // Two replicates without a reference share one error: their spread is none.
     let spread = one.cells.len().min(two.cells.len()) > 2 || scene.reference.is_some();
@@ -94,18 +94,18 @@ impl Side {
         average(&self.cells, |c| c.seconds)
     }
 
-    fn observed(&self) -> Arm {
-        let mut arm = Arm::new(self.name.clone(), self.families);
-        arm.replicates = self.cells.iter().map(Cell::observation).collect();
-        arm
+    fn observed(&self) -> Method {
+        let mut method = Method::new(self.name.clone(), self.families);
+        method.replicates = self.cells.iter().map(Cell::observation).collect();
+        method
     }
 
     /// All that `others` could make as well as one class.
-    fn observed_as_one(&self, others: Families) -> Arm {
-        let mut arm = Arm::new(self.name.clone(), Families::ALL);
+    fn observed_as_one(&self, others: Families) -> Method {
+        let mut method = Method::new(self.name.clone(), Families::ALL);
         let one = |c: &Cell| c.observation_as_one(others);
-        arm.replicates = self.cells.iter().map(one).collect();
-        arm
+        method.replicates = self.cells.iter().map(one).collect();
+        method
     }
 
     /// MSE on what `others` can make as well, and MSE times seconds of every replicate.
@@ -113,13 +113,13 @@ impl Side {
         &self,
         scene: &Scene<'_>,
         others: Families,
-        yardstick: &Yardstick,
+        reference: &ReferenceHalves,
     ) -> Result<(f64, Vec<f64>), StatsError> {
         let others = if self.external { Families::ALL } else { others };
         let images: Vec<Vec<f32>> =
             self.cells.iter().map(|c| c.image(others, scene.setup.pixels())).collect();
         let views: Vec<&[f32]> = images.iter().map(Vec::as_slice).collect();
-        let found = errors(&views, yardstick.against())?;
+        let found = errors(&views, reference.against())?;
         let costs = found.mse.per_replicate.iter().zip(&self.cells).map(|(e, c)| e * c.seconds);
         Ok((found.mse.mse, costs.collect()))
     }
@@ -158,9 +158,9 @@ fn judge_wholes(
         .collect();
     if !inseparable.is_empty() {
         let nothing = |side: &Side| {
-            let mut arm = Arm::new(side.name.clone(), side.families);
-            arm.replicates = vec![Observation::default(); side.cells.len()];
-            arm
+            let mut method = Method::new(side.name.clone(), side.families);
+            method.replicates = vec![Observation::default(); side.cells.len()];
+            method
         };
         let mut judgement = judge(&nothing(one), &nothing(two), &tiles, tests)?;
         judgement.unseen = inseparable;

@@ -115,20 +115,20 @@ fn known_variance_gives_slope_minus_one_and_the_known_error() {
     let mut plan = plan(vec![known(0.0, 1.0)], budgets, 24, 1);
     let questions = Questions { target_error: Some(0.1), ..Questions::default() };
     let results = results(&mut plan, &questions);
-    let arm = &results.arms[0];
-    let slope = arm.slope.unwrap();
+    let method = &results.methods[0];
+    let slope = method.slope.unwrap();
     assert!(slope.low <= -1.0 && -1.0 <= slope.high, "{slope:?}");
     assert!(slope.high - slope.low < 0.1, "{slope:?}");
-    for p in &arm.points {
+    for p in &method.points {
         let mse = 1.0 / p.budget.value;
         assert!(p.mse.low <= mse && mse <= p.mse.high, "{p:?}");
         // At 1 spp the error of a pixel has variance 8, so exp(2·2.07·√(8/64/24)) = 1.35 is expected, and less at more.
         assert!(p.mse.high / p.mse.low < 1.8, "{p:?}");
     }
     // MSE·seconds is 1 at every budget, and relMSE is MSE over 1.01.
-    let e = arm.efficiency;
+    let e = method.efficiency;
     assert!(e.low <= 1.0 && 1.0 <= e.high, "{e:?}");
-    let t = arm.time_to_error.unwrap();
+    let t = method.time_to_error.unwrap();
     let exact = 1.0 / 1.01 / 0.1;
     assert!(t.low <= exact && exact <= t.high && t.high / t.low < 1.4, "{t:?}");
 }
@@ -140,7 +140,7 @@ fn the_same_against_itself_has_ratio_one_inside_its_interval() {
     for seed in 0..runs {
         let mut plan =
             plan(vec![known(0.0, 1.0), known(0.0, 1.0)], vec![Budget::Samples(2)], 8, seed);
-        let ratio = results(&mut plan, &Questions::default()).arms[1].ratio.clone().unwrap();
+        let ratio = results(&mut plan, &Questions::default()).methods[1].ratio.clone().unwrap();
         covered += u64::from(ratio.low <= 1.0 && 1.0 <= ratio.high);
     }
     assert!(covered >= 93, "{covered} of {runs}");
@@ -155,9 +155,9 @@ fn a_noisier_integrator_has_a_smaller_ratio() {
     let contestants = vec![known(0.0, 1.0), known(0.0, 0.5)];
     let mut plan = plan(contestants, vec![Budget::Samples(128)], 16, 5);
     let results = results(&mut plan, &Questions::default());
-    let ratio = results.arms[1].ratio.clone().unwrap();
+    let ratio = results.methods[1].ratio.clone().unwrap();
     assert!(ratio.low <= 1.0 / 3.0 && 1.0 / 3.0 <= ratio.high, "{ratio:?}");
-    assert!(ratio.high < 0.5 && results.arms[0].ratio.is_none());
+    assert!(ratio.high < 0.5 && results.methods[0].ratio.is_none());
     assert_eq!(results.pairs[0].judgement.verdict, Verdict::Agree);
 }
 
@@ -173,7 +173,7 @@ fn a_biased_integrator_differs() {
 fn fireflies_are_told_from_noise() {
     let index = |rarity: f32| -> Point {
         let mut plan = plan(vec![known(0.0, rarity)], vec![Budget::Samples(4)], 16, 7);
-        results(&mut plan, &Questions::default()).arms[0].points[0].clone()
+        results(&mut plan, &Questions::default()).methods[0].points[0].clone()
     };
     let (noise, fireflies) = (index(1.0), index(2e-4));
     assert!((noise.firefly_index - 1.0).abs() < 0.2, "{noise:?}");
@@ -241,11 +241,11 @@ done
     fn another_renderer_that_makes_the_same_image_agrees() {
         let (verdict, results) = verdict(1.0, r#"["s0", "s1"]"#);
         assert_eq!(verdict, Verdict::Agree, "{:?}", results.pairs[0]);
-        let arm = &results.arms[1];
-        assert!(arm.external && arm.points[0].startup_seconds == 48.0);
+        let method = &results.methods[1];
+        assert!(method.external && method.points[0].startup_seconds == 48.0);
         // Its variance is 0.04/12, the other's 1/64.
-        assert!((arm.points[0].mse.value / (0.04 / 12.0) - 1.0).abs() < 0.2);
-        assert!(arm.ratio.is_some() && results.pairs[0].judgement.lengths.is_empty());
+        assert!((method.points[0].mse.value / (0.04 / 12.0) - 1.0).abs() < 0.2);
+        assert!(method.ratio.is_some() && results.pairs[0].judgement.lengths.is_empty());
     }
 
     #[test]

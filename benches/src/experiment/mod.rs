@@ -166,9 +166,9 @@ impl Plan {
         failures: &mut Vec<String>,
         watch: &mut dyn FnMut(&ExperimentStatus<'_>) -> ControlFlow<()>,
     ) -> Result<bool, ExperimentError> {
-        let arms: usize = setups.iter().map(|s| s.contestants.len()).sum();
+        let methods: usize = setups.iter().map(|s| s.contestants.len()).sum();
         let each: f64 = self.budgets.iter().map(|b| b.amount()).sum();
-        let total = each * f64::from(self.replicates) * arms as f64;
+        let total = each * f64::from(self.replicates) * methods as f64;
         let mut done = 0.0;
         for setup in setups {
             let mut failed = vec![false; setup.contestants.len()];
@@ -176,16 +176,16 @@ impl Plan {
                 for budget in &self.budgets {
                     for turn in 0..setup.contestants.len() {
                         let last = setup.contestants.len() - 1;
-                        let arm = if replicate % 2 == 1 { last - turn } else { turn };
+                        let method = if replicate % 2 == 1 { last - turn } else { turn };
                         let share = done;
                         done += budget.amount();
-                        if failed[arm] {
+                        if failed[method] {
                             continue;
                         }
                         let status = |used: f64| (share + used * budget.amount()) / total;
                         match self.cell(
                             setup,
-                            At { arm, replicate, budget: *budget },
+                            At { method, replicate, budget: *budget },
                             store,
                             &status,
                             watch,
@@ -193,7 +193,7 @@ impl Plan {
                             Turn::Done => {}
                             Turn::Stopped => return Ok(false),
                             Turn::Failed(reason) => {
-                                failed[arm] = true;
+                                failed[method] = true;
                                 failures.push(format!("{}: left out: {reason}", setup.name));
                             }
                         }
@@ -213,11 +213,11 @@ impl Plan {
         share: &dyn Fn(f64) -> f64,
         watch: &mut dyn FnMut(&ExperimentStatus<'_>) -> ControlFlow<()>,
     ) -> Result<Turn, ExperimentError> {
-        let At { arm, replicate, budget } = at;
+        let At { method, replicate, budget } = at;
         let tiles = setup.tiles();
         let Setup { name: scene, key, scene: world, contestants, .. } = setup;
         let others = contestants.len() > 1;
-        let (integrator, contestant) = &mut contestants[arm];
+        let (integrator, contestant) = &mut contestants[method];
         let words = budget.words();
         let key = self.key(key, integrator, &words, replicate);
         // One that is there but damaged is rendered again.
@@ -295,7 +295,7 @@ impl Plan {
 
 /// Whose turn it is.
 struct At {
-    arm: usize,
+    method: usize,
     replicate: u32,
     budget: Budget,
 }

@@ -16,10 +16,10 @@ const STEP: f64 = 15.0;
 /// MSE over seconds, names at the right of the plot; `None` without a point.
 pub(super) fn curve_plot(scene: &SceneResults, series: impl Fn(&str) -> usize) -> Option<Drawing> {
     let good = |v: f64| v > 0.0 && v.is_finite();
-    let names = scene.arms.iter().map(|a| width_of(&a.integrator)).fold(0.0, f64::max);
+    let names = scene.methods.iter().map(|a| width_of(&a.integrator)).fold(0.0, f64::max);
     let right = WIDTH - (names + 24.0).min(0.4 * WIDTH);
     let bottom = HEIGHT - BELOW;
-    let points = || scene.arms.iter().flat_map(|a| &a.points);
+    let points = || scene.methods.iter().flat_map(|a| &a.points);
     let x = Axis::over(points().map(|p| p.seconds), LEFT, right)?;
     let errors = points().flat_map(|p| [p.mse.value, p.mse.low, p.mse.high]);
     let y = Axis::over(errors, bottom, TOP)?;
@@ -35,10 +35,10 @@ pub(super) fn curve_plot(scene: &SceneResults, series: impl Fn(&str) -> usize) -
     let middle = 0.5 * (LEFT + right);
     sheet.text([middle, bottom + 36.0], "seconds (MSE upwards)", Ink::Text, Anchor::Middle);
     let mut ends: Vec<(f64, f64, &str, Ink)> = Vec::new();
-    for arm in &scene.arms {
-        let ink = Ink::Series(series(&arm.integrator));
+    for method in &scene.methods {
+        let ink = Ink::Series(series(&method.integrator));
         let shown: Vec<_> =
-            arm.points.iter().filter(|p| good(p.seconds) && good(p.mse.value)).collect();
+            method.points.iter().filter(|p| good(p.seconds) && good(p.mse.value)).collect();
         let at = |p: &&crate::results::Point| [x.at(p.seconds), y.at(p.mse.value)];
         let line: Vec<[f64; 2]> = shown.iter().map(at).collect();
         sheet.line(&line, 2.0, ink, false);
@@ -49,7 +49,7 @@ pub(super) fn curve_plot(scene: &SceneResults, series: impl Fn(&str) -> usize) -
             sheet.items.push(Item::Dot { at: [*px, *py], radius: 3.0, ink, hollow: false });
         }
         if let Some([px, py]) = line.last() {
-            ends.push((*px, *py, &arm.integrator, ink));
+            ends.push((*px, *py, &method.integrator, ink));
         }
     }
     // Names beside the plot, each at the height of its last point or as near to it as the others leave room.

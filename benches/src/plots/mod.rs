@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use crate::output::write_bytes;
 use crate::record::{RecordError, failed, slug};
-use crate::results::{ArmResults, Results, SceneResults};
+use crate::results::{MethodResults, Results, SceneResults};
 use crate::standing::Standings;
 use dots::{Dot, dot_plot};
 use drawing::Drawing;
@@ -82,7 +82,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>, RecordErr
 
 /// True where every integrator has one budget: there is no curve then.
 pub fn is_single(scene: &SceneResults) -> bool {
-    scene.arms.iter().all(|a| a.points.len() <= 1)
+    scene.methods.iter().all(|a| a.points.len() <= 1)
 }
 
 /// Ratios over the baseline, best first; those who see less of the light apart.
@@ -126,12 +126,12 @@ fn error(scene: &SceneResults, integrators: &[String], standings: &Standings) ->
             format!("{}: MSE over seconds, both logarithmic, with 95 % intervals.", scene.name);
         return Some(Chart { name: "error", caption, drawing });
     }
-    let dot = |arm: &ArmResults| {
-        let mse = arm.points.last()?.mse;
-        let apart = standings.rows.iter().any(|r| r.integrator == arm.integrator && !r.whole);
+    let dot = |method: &MethodResults| {
+        let mse = method.points.last()?.mse;
+        let apart = standings.rows.iter().any(|r| r.integrator == method.integrator && !r.whole);
         (mse.value > 0.0 && mse.value.is_finite()).then(|| Dot {
-            label: format!("{}{}", arm.integrator, if apart { "*" } else { "" }),
-            series: series(integrators, &arm.integrator),
+            label: format!("{}{}", method.integrator, if apart { "*" } else { "" }),
+            series: series(integrators, &method.integrator),
             value: mse.value,
             low: mse.low,
             high: mse.high,
@@ -139,7 +139,7 @@ fn error(scene: &SceneResults, integrators: &[String], standings: &Standings) ->
             hollow: false,
         })
     };
-    let mut rows: Vec<Dot> = scene.arms.iter().filter_map(dot).collect();
+    let mut rows: Vec<Dot> = scene.methods.iter().filter_map(dot).collect();
     rows.sort_by(|a, b| a.apart.cmp(&b.apart).then(a.value.total_cmp(&b.value)));
     let drawing = dot_plot(&rows, "MSE of one render (lower is better)", None)?;
     let caption = format!("{}: MSE of one render, with 95 % intervals.", scene.name);

@@ -104,8 +104,8 @@ pub fn draw(
         exposure(&wide(&one.iter().zip(&two).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<_>>()))
     });
     let mut taken: Vec<String> = Vec::new();
-    for index in 0..analysed.results.arms.len() {
-        let name = analysed.results.arms[index].integrator.clone();
+    for index in 0..analysed.results.methods.len() {
+        let name = analysed.results.methods[index].integrator.clone();
         let Some((_, contestant)) = setup.contestants.iter().find(|(n, _)| *n == name) else {
             continue;
         };
@@ -121,13 +121,13 @@ pub fn draw(
         let cells = plan.cells(store, setup, &name, budget);
         let moments = moments(&cells, setup.pixels());
         let light = *shared.get_or_insert_with(|| exposure(moments.mean()));
-        let arm = &mut analysed.results.arms[index];
-        arm.images = easel.mean(&name, &cells, &moments, light)?;
+        let method = &mut analysed.results.methods[index];
+        method.images = easel.mean(&name, &cells, &moments, light)?;
         analysed.comparison.integrators[index].output =
-            Some(folder.join(&arm.images.mean).display().to_string());
-        (arm.frames, arm.error_pngs) = easel.frames(&name, &moments, light)?;
+            Some(folder.join(&method.images.mean).display().to_string());
+        (method.frames, method.error_pngs) = easel.frames(&name, &moments, light)?;
         if let (Contestant::Own(integrator), false) = (contestant, stop()) {
-            easel.portrait(&**integrator, &cells, light, &mut arm.images)?;
+            easel.portrait(&**integrator, &cells, light, &mut method.images)?;
         }
     }
     Ok(())

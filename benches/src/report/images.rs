@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::radiance::pack;
 use super::read::Radiance;
 use crate::output::exposure;
-use crate::results::{ArmResults, Results, SceneResults};
+use crate::results::{MethodResults, Results, SceneResults};
 
 /// How much of the images is kept: the first of these whose page fits.
 const LEVELS: [Level; 6] = [
@@ -63,12 +63,12 @@ pub(super) struct SceneImages {
     /// Mean luminance of a scaled image.
     level: f64,
     reference: Option<PackedRadiance>,
-    arms: Vec<ArmImages>,
+    methods: Vec<MethodImages>,
 }
 
 /// Images of one integrator.
 #[derive(Debug, Default, Serialize)]
-struct ArmImages {
+struct MethodImages {
     mean: Option<PackedRadiance>,
     techniques: Option<PackedPicture>,
     lengths: Vec<(u32, PackedPicture)>,
@@ -144,8 +144,11 @@ struct Packer<'a> {
 impl Packer<'_> {
     fn scene(&mut self, scene: &SceneResults) -> SceneImages {
         let reference = scene.reference.as_ref().and_then(|r| self.radiance(&r.image, None));
-        let means: Vec<Option<Radiance>> =
-            scene.arms.iter().map(|a| self.radiance(&a.images.mean, Some(&a.images.png))).collect();
+        let means: Vec<Option<Radiance>> = scene
+            .methods
+            .iter()
+            .map(|a| self.radiance(&a.images.mean, Some(&a.images.png)))
+            .collect();
         let linear = |r: &&Radiance| r.linear;
         let model = reference.iter().chain(means.iter().flatten()).find(linear);
         let (white, level) = model.map_or((1.0, 0.5), |m| {
@@ -155,29 +158,35 @@ impl Packer<'_> {
         });
         // A power of two near the exposure: half floats then reach as far below white as above.
         let scale = white.log2().round().clamp(-100.0, 100.0).exp2();
-        let arms = scene.arms.iter().zip(means).map(|(arm, mean)| self.arm(arm, mean, scale));
-        let arms = arms.collect();
+        let methods =
+            scene.methods.iter().zip(means).map(|(method, mean)| self.method(method, mean, scale));
+        let methods = methods.collect();
         SceneImages {
             factor: self.level.factor,
             scale,
             exposure: white / scale,
             level: level * scale,
-            arms,
+            methods,
             reference: reference.and_then(|r| self.pack_radiance(r, scale)),
         }
     }
 
-    fn arm(&mut self, arm: &ArmResults, mean: Option<Radiance>, scale: f64) -> ArmImages {
+    fn method(
+        &mut self,
+        method: &MethodResults,
+        mean: Option<Radiance>,
+        scale: f64,
+    ) -> MethodImages {
         let mut lengths = Vec::new();
-        for (length, file) in &arm.images.lengths {
+        for (length, file) in &method.images.lengths {
             lengths.extend(self.picture(file, 1).map(|p| (*length, p)));
         }
-        ArmImages {
+        MethodImages {
             mean: mean.and_then(|m| self.pack_radiance(m, scale)),
-            techniques: arm.images.techniques.as_ref().and_then(|file| self.picture(file, 6)),
+            techniques: method.images.techniques.as_ref().and_then(|file| self.picture(file, 6)),
             lengths,
-            frames: arm.frames.iter().filter_map(|file| self.picture(file, 1)).collect(),
-            errors: arm.error_pngs.iter().filter_map(|file| self.picture(file, 1)).collect(),
+            frames: method.frames.iter().filter_map(|file| self.picture(file, 1)).collect(),
+            errors: method.error_pngs.iter().filter_map(|file| self.picture(file, 1)).collect(),
         }
     }
 

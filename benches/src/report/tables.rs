@@ -32,7 +32,7 @@ pub(super) struct OverallRow {
 
 /// A row of the table of a scene: the largest budget of an integrator.
 #[derive(Debug, Serialize)]
-pub(super) struct ArmRow {
+pub(super) struct MethodRow {
     bar: Option<Bar>,
     #[serde(flatten)]
     standing: Standing,
@@ -81,7 +81,7 @@ pub(super) struct SceneTables {
     /// True where there is one budget: dots, no curve.
     single: bool,
     plots: Vec<Plot>,
-    rows: Vec<ArmRow>,
+    rows: Vec<MethodRow>,
     /// Heads of the columns of the matrix.
     columns: Vec<String>,
     matrix: Vec<MatrixRow>,
@@ -91,10 +91,11 @@ pub(super) struct SceneTables {
 impl SceneTables {
     pub(super) fn of(scene: &SceneResults, integrators: &[String], threads: usize) -> SceneTables {
         let Standings { rows, tally, right, best, busy, .. } = Standings::of(scene, threads);
-        let ratios = scene.arms.iter().filter_map(|a| a.ratio.as_ref());
+        let ratios = scene.methods.iter().filter_map(|a| a.ratio.as_ref());
         let axis = Axis::over(ratios.map(|r| [r.low, r.value, r.high]));
-        let baseline = scene.arms.iter().find_map(|a| a.ratio.as_ref()).map(|r| r.baseline.clone());
-        let names: Vec<String> = scene.arms.iter().map(|a| a.integrator.clone()).collect();
+        let baseline =
+            scene.methods.iter().find_map(|a| a.ratio.as_ref()).map(|r| r.baseline.clone());
+        let names: Vec<String> = scene.methods.iter().map(|a| a.integrator.clone()).collect();
         let (chip, chip_words) = match (tally.differ, tally.inconclusive, tally.pairs) {
             (0, _, 0) => ("inconclusive", "? not tested"),
             (0, 0, _) => ("agree", "✓ no difference found"),
@@ -117,7 +118,7 @@ impl SceneTables {
             plots: (charts(scene, integrators, threads).iter())
                 .map(|c| Plot { name: c.name, caption: c.caption.clone(), svg: c.inline_svg() })
                 .collect(),
-            rows: rows.into_iter().map(|r| ArmRow { bar: bar(&r), standing: r }).collect(),
+            rows: rows.into_iter().map(|r| MethodRow { bar: bar(&r), standing: r }).collect(),
             columns: names[..names.len().saturating_sub(1)].to_vec(),
             matrix: (1..names.len()).map(|i| matrix_row(scene, &names, i)).collect(),
             differ: tally.differ,

@@ -61,15 +61,15 @@ fn the_data_of_the_page_are_the_results() {
     let data: serde_json::Value = serde_json::from_str(&text[begin..end]).unwrap();
     let back: Results = serde_json::from_value(data["results"].clone()).unwrap();
     assert!(serde_json::to_string(&back).unwrap() == serde_json::to_string(&results).unwrap());
-    assert_eq!(data["images"][0]["arms"][1]["frames"].as_array().unwrap().len(), 6);
+    assert_eq!(data["images"][0]["methods"][1]["frames"].as_array().unwrap().len(), 6);
 }
 
 #[test]
 fn images_that_are_missing_are_named() {
     let folder = folder("missing");
     let mut results = sample(&folder, &["a"], &["pt", "lt"]);
-    results.scenes[0].arms[0].images.mean = "nowhere.exr".into();
-    results.scenes[0].arms[1].frames[0] = "nothing.png".into();
+    results.scenes[0].methods[0].images.mean = "nowhere.exr".into();
+    results.scenes[0].methods[1].frames[0] = "nothing.png".into();
     let text = page_of(&results, &folder);
     assert!(text.contains("Not shown: nowhere.exr") && text.contains("Not shown: nothing.png"));
 }
@@ -83,13 +83,13 @@ fn a_page_needs_none_of_what_is_optional() {
     let scene = &mut results.scenes[0];
     scene.reference = None;
     scene.pairs.clear();
-    for arm in &mut scene.arms {
-        arm.images = Images::default();
-        arm.frames.clear();
-        arm.error_pngs.clear();
-        (arm.slope, arm.ratio, arm.time_to_error) = (None, None, None);
+    for method in &mut scene.methods {
+        method.images = Images::default();
+        method.frames.clear();
+        method.error_pngs.clear();
+        (method.slope, method.ratio, method.time_to_error) = (None, None, None);
     }
-    scene.arms[1].points.clear();
+    scene.methods[1].points.clear();
     let text = page_of(&results, &folder);
     assert!(text.contains("Interrupted.") && text.contains("No pair was tested"));
     assert!(!text.contains("Not shown") && !text.contains("NaN</td>"));
@@ -159,8 +159,8 @@ fn one_budget_is_shown_as_dots_and_several_as_curves() {
     assert!(
         curves.contains("data-mount=\"curves\"") && curves.contains("aria-label=\"a: efficiency")
     );
-    for arm in &mut results.scenes[0].arms {
-        arm.points.drain(..5);
+    for method in &mut results.scenes[0].methods {
+        method.points.drain(..5);
     }
     let dots = page_of(&results, &folder);
     assert!(

@@ -5,7 +5,7 @@ use std::path::Path;
 use image::{Rgb, RgbImage};
 use pathspace_benches::output::{Metadata, NamedLayer, Output, Picture, exposure};
 use pathspace_benches::results::{
-    ArmResults, BudgetKind, Images, Interval, Machine, Overall, PairSummary, Point, PointBudget,
+    BudgetKind, Images, Interval, Machine, MethodResults, Overall, PairSummary, Point, PointBudget,
     Ratio, Reference, Results, SCHEMA, SceneResults, TimeToError,
 };
 use pathspace_core::description::FilmDescription;
@@ -49,19 +49,19 @@ fn interval(value: f64, spread: f64) -> Interval {
     Interval { value, low: value / spread, high: value * spread }
 }
 
-fn ratio_of(arm: usize) -> Interval {
-    interval([1.0, 3.4, 0.31, 8.2, 1.2, 0.9, 2.0, 5.0][arm % 8], 1.25)
+fn ratio_of(method: usize) -> Interval {
+    interval([1.0, 3.4, 0.31, 8.2, 1.2, 0.9, 2.0, 5.0][method % 8], 1.25)
 }
 
 fn scene(folder: &Path, index: usize, name: &str, integrators: &[&str]) -> SceneResults {
     let stem = format!("scene-{index}");
     let mut rng = Pcg64Mcg::seed_from_u64(index as u64);
     write_radiance(folder, &format!("{stem}/reference"), 0.001, index, &mut rng);
-    let arms = integrators.iter().enumerate().map(|(i, integrator)| {
+    let methods = integrators.iter().enumerate().map(|(i, integrator)| {
         let path = format!("{stem}/{i}");
-        arm(folder, &path, i, index, integrator, integrators[0], &mut rng)
+        method(folder, &path, i, index, integrator, integrators[0], &mut rng)
     });
-    let arms = arms.collect();
+    let methods = methods.collect();
     let mut pairs = Vec::new();
     for i in 0..integrators.len() {
         for j in i + 1..integrators.len() {
@@ -83,12 +83,12 @@ fn scene(folder: &Path, index: usize, name: &str, integrators: &[&str]) -> Scene
             integrators: vec!["bdpt".into(), "pt".into()],
             relative_error: 0.0021,
         }),
-        arms,
+        methods,
         pairs,
     }
 }
 
-fn arm(
+fn method(
     folder: &Path,
     path: &str,
     index: usize,
@@ -96,7 +96,7 @@ fn arm(
     name: &str,
     baseline: &str,
     rng: &mut Pcg64Mcg,
-) -> ArmResults {
+) -> MethodResults {
     let cost = 0.02 / ratio_of(index).value;
     let noise = cost.sqrt();
     write_radiance(folder, path, 0.25 * noise, scene, rng);
@@ -140,7 +140,7 @@ fn arm(
     if let Some(file) = &techniques {
         write_png(folder, file, |x, y| picture(x, y, scene), noise, rng);
     }
-    ArmResults {
+    MethodResults {
         integrator: name.into(),
         external: name.starts_with("mitsuba"),
         slope: Some(Interval { value: -1.01, low: -1.08, high: -0.95 }),

@@ -25,23 +25,23 @@ impl From<&Emitter> for Origin {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WalkClass {
     vertices: u32,
-    first_spreads: bool,
-    last_spreads: bool,
-    adjacent_spread: bool,
-    any_spreads: bool,
+    first_non_specular: bool,
+    last_non_specular: bool,
+    adjacent_non_specular: bool,
+    any_non_specular: bool,
 }
 
 impl WalkClass {
-    /// Adds the next surface vertex of the walk; `spreads` where its event is not specular.
+    /// Adds the next surface vertex of the walk; `non_specular` where its event is not specular.
     #[inline]
-    pub fn push(&mut self, spreads: bool) {
+    pub fn push(&mut self, non_specular: bool) {
         if self.vertices == 0 {
-            self.first_spreads = spreads;
+            self.first_non_specular = non_specular;
         } else {
-            self.adjacent_spread |= self.last_spreads && spreads;
+            self.adjacent_non_specular |= self.last_non_specular && non_specular;
         }
-        self.any_spreads |= spreads;
-        self.last_spreads = spreads;
+        self.any_non_specular |= non_specular;
+        self.last_non_specular = non_specular;
         self.vertices += 1;
     }
 
@@ -63,15 +63,15 @@ impl WalkClass {
             };
         }
         let (at_sensor, at_emitter) = match mode {
-            TransportMode::Radiance => (self.first_spreads, self.last_spreads),
-            TransportMode::Importance => (self.last_spreads, self.first_spreads),
+            TransportMode::Radiance => (self.first_non_specular, self.last_non_specular),
+            TransportMode::Importance => (self.last_non_specular, self.first_non_specular),
         };
         Families::S0.when(!delta_emitter)
             | Families::S1.when(at_emitter)
-            | Families::INNER.when(self.adjacent_spread)
+            | Families::INNER.when(self.adjacent_non_specular)
             | Families::T1.when(at_sensor)
             | Families::T0.when(!pinhole)
-            | Families::MERGE.when(self.any_spreads)
+            | Families::MERGE.when(self.any_non_specular)
     }
 
     /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
@@ -79,20 +79,20 @@ impl WalkClass {
     pub fn join(light: &WalkClass, sensor: &WalkClass, origin: Origin, pinhole: bool) -> Families {
         let whole = WalkClass {
             vertices: light.vertices + sensor.vertices,
-            first_spreads: if light.vertices > 0 {
-                light.first_spreads
+            first_non_specular: if light.vertices > 0 {
+                light.first_non_specular
             } else {
-                sensor.last_spreads
+                sensor.last_non_specular
             },
-            last_spreads: if sensor.vertices > 0 {
-                sensor.first_spreads
+            last_non_specular: if sensor.vertices > 0 {
+                sensor.first_non_specular
             } else {
-                light.last_spreads
+                light.last_non_specular
             },
-            adjacent_spread: light.adjacent_spread
-                || sensor.adjacent_spread
-                || light.last_spreads && sensor.last_spreads,
-            any_spreads: light.any_spreads || sensor.any_spreads,
+            adjacent_non_specular: light.adjacent_non_specular
+                || sensor.adjacent_non_specular
+                || light.last_non_specular && sensor.last_non_specular,
+            any_non_specular: light.any_non_specular || sensor.any_non_specular,
         };
         whole.families(TransportMode::Importance, origin, pinhole)
     }

@@ -7,7 +7,7 @@ use super::path::MltPath;
 
 /// The part of a path that a mutation leaves alone: its first `light` and its last `sensor` vertices.
 ///
-/// A proposal is judged by the way it was made. Two ways that lead from x̄ to the same ȳ (possible where delta vertices make a vertex
+/// A proposal is judged by the way it was made. Two ways that lead from x̄ to the same ȳ (possible where specular vertices make a vertex
 /// again) are two kernels, each balanced on its own, so that their mixture is balanced too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kept {

@@ -69,7 +69,7 @@ impl Element {
     }
 
     /// True where it sends light onwards once it has received some.
-    pub(super) fn spreads(&self) -> bool {
+    pub(super) fn scatters(&self) -> bool {
         self.emission.is_some() || !self.reflectance.is_black()
     }
 }
@@ -166,7 +166,7 @@ impl Mesh {
                     polygon: polygon.clone(),
                     cell,
                 };
-                of_cell[slot].push(if element.spreads() {
+                of_cell[slot].push(if element.scatters() {
                     self.elements.push(element);
                     self.elements.len() as u32 - 1
                 } else {

@@ -91,7 +91,7 @@ struct Light<'a> {
 
 impl<'a> Light<'a> {
     fn new(scene: &'a Scene, mesh: &'a Mesh) -> Self {
-        let lit = mesh.elements.iter().enumerate().filter(|(_, element)| element.spreads());
+        let lit = mesh.elements.iter().enumerate().filter(|(_, element)| element.scatters());
         let sources = lit
             .flat_map(|(i, element)| {
                 let open = element.open.iter().enumerate().filter(|(_, open)| **open);

@@ -37,16 +37,15 @@ fn tell_scene(results: &Results, scene: &SceneResults, out: &mut dyn Write) -> i
 /// `cornell-caustic 128×128 · 8 integrators × 16 renders · 0.3 s each · 2 threads`
 fn heading(scene: &SceneResults, threads: usize) -> String {
     let plural = |n: usize| if n == 1 { "" } else { "s" };
-    let points = scene.arms.iter().filter_map(|a| a.points.last());
+    let points = scene.methods.iter().filter_map(|a| a.points.last());
     let renders = points.map(|p| p.replicates).min().unwrap_or(0);
-    let budget = scene.arms.iter().find_map(|a| a.points.last()).map_or(String::new(), |p| match p
-        .budget
-        .kind
-    {
-        BudgetKind::Seconds => format!(" · {} s each", ratio(p.budget.value)),
-        BudgetKind::Spp => format!(" · {} samples per pixel each", p.budget.value),
+    let budget = scene.methods.iter().find_map(|a| a.points.last()).map_or(String::new(), |p| {
+        match p.budget.kind {
+            BudgetKind::Seconds => format!(" · {} s each", ratio(p.budget.value)),
+            BudgetKind::Spp => format!(" · {} samples per pixel each", p.budget.value),
+        }
     });
-    let n = scene.arms.len();
+    let n = scene.methods.len();
     format!(
         "{} {}×{} · {n} integrator{} × {renders} renders{budget} · {threads} thread{}",
         scene.name,

@@ -62,8 +62,8 @@ fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Resu
     ];
     let mut table = Table::new(&heading, &[0]);
     for row in &standings.rows {
-        let arm = &scene.arms[row.index];
-        let Some(p) = arm.points.last() else { continue };
+        let method = &scene.methods[row.index];
+        let Some(p) = method.points.last() else { continue };
         table.row(vec![
             row.integrator.clone(),
             figure(p.spp),
@@ -71,7 +71,7 @@ fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Resu
             figure(p.cpu_seconds),
             figure(p.mse.value),
             figure(p.relmse),
-            figure(arm.efficiency.value),
+            figure(method.efficiency.value),
             ratio(row.ratio),
             ratio(row.cpu_ratio),
             ratio(row.relative_ratio),
@@ -92,7 +92,7 @@ fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Resu
          clock on the light that both make, by MSE and processor time, by relMSE of whole images.",
         standings.baseline
     )?;
-    let slow: Vec<String> = (scene.arms.iter())
+    let slow: Vec<String> = (scene.methods.iter())
         .filter_map(|a| Some((a, a.points.last()?.startup_seconds)))
         .filter(|(_, seconds)| *seconds > 0.0)
         .map(|(a, seconds)| format!("{} {} s", a.integrator, figure(seconds)))
@@ -105,7 +105,7 @@ fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Resu
 
 /// The verdict on every pair with the detectable bias of the image, where there are so many pairs that they are not seen together.
 fn tell_verdicts(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
-    let names: Vec<&str> = scene.arms.iter().map(|a| a.integrator.as_str()).collect();
+    let names: Vec<&str> = scene.methods.iter().map(|a| a.integrator.as_str()).collect();
     if names.len() < 3 {
         return Ok(());
     }
@@ -227,8 +227,8 @@ fn cells(l: &LengthSummary) -> Vec<String> {
 
 /// Slopes of the curves and times to the target, where there is more than one budget.
 pub(in super::super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
-    let timed = scene.arms.iter().any(|a| a.time_to_error.is_some());
-    if !timed && scene.arms.iter().all(|a| a.slope.is_none()) {
+    let timed = scene.methods.iter().any(|a| a.time_to_error.is_some());
+    if !timed && scene.methods.iter().all(|a| a.slope.is_none()) {
         return Ok(());
     }
     writeln!(out)?;
@@ -237,13 +237,13 @@ pub(in super::super) fn tell_curves(scene: &SceneResults, out: &mut dyn Write) -
         heading.extend(["seconds to target", "95 %"]);
     }
     let mut table = Table::new(&heading, &[0]);
-    for arm in &scene.arms {
-        let (slope, range) = match arm.slope {
+    for method in &scene.methods {
+        let (slope, range) = match method.slope {
             Some(s) => (format!("{:.2}", s.value), format!("[{:.2}, {:.2}]", s.low, s.high)),
             None => ("—".into(), String::new()),
         };
-        let mut row = vec![arm.integrator.clone(), slope, range];
-        if let Some(t) = &arm.time_to_error {
+        let mut row = vec![method.integrator.clone(), slope, range];
+        if let Some(t) = &method.time_to_error {
             row.extend(if t.censored {
                 [format!("over {}", figure(t.low)), "censored".into()]
             } else if t.low == 0.0 {

@@ -19,7 +19,7 @@ use pathspace_core::film::Families;
 use serde::Serialize;
 
 use crate::pairs::TileSummary;
-use crate::pairs::{Arm, ClassMean, Observation, PathClass, TILE_REPLICATES, Tiles, tile_test};
+use crate::pairs::{ClassMean, Method, Observation, PathClass, TILE_REPLICATES, Tiles, tile_test};
 use crate::stats::{
     Estimate, Reason, StatsError, Verdict, normal_quantile, student_quantile, student_sf, welch,
 };
@@ -169,15 +169,15 @@ pub fn agree(
     check(width * height, a, config)?;
     check(width * height, b, config)?;
     let tiles = Tiles::new(width, height);
-    let arms = [arm("a", a, &tiles), arm("b", b, &tiles)];
+    let methods = [method("a", a, &tiles), method("b", b, &tiles)];
     let few = a.images.len().min(b.images.len());
     let with_tiles = few >= TILE_REPLICATES;
     let level = if with_tiles { 0.5 * config.alpha } else { config.alpha };
 
-    let spotted = [heavy(&arms[0])?, heavy(&arms[1])?];
+    let spotted = [heavy(&methods[0])?, heavy(&methods[1])?];
     let channels = channels::test([a, b], spotted[0].max(spotted[1]), level, config)?;
     let on_tiles = if with_tiles {
-        tile_test(&arms[0], &arms[1], &[CLASS].into(), &tiles, level)?
+        tile_test(&methods[0], &methods[1], &[CLASS].into(), &tiles, level)?
     } else {
         None
     };
@@ -223,7 +223,7 @@ pub fn agree(
         p: p.min(1.0),
         mdb: luminance.mdb,
         tile_mdb: match &on_tiles {
-            Some(t) => Some(tile_mdb(&arms, 0.25 * config.alpha / t.groups.max(1) as f64)?),
+            Some(t) => Some(tile_mdb(&methods, 0.25 * config.alpha / t.groups.max(1) as f64)?),
             None => None,
         },
         limit: config.limit,
@@ -280,24 +280,24 @@ fn wide(image: &[[f32; 3]]) -> Vec<[f64; 3]> {
 }
 
 /// The images boiled down to tiles of luminance.
-fn arm(name: &str, set: ImageSet<'_>, tiles: &Tiles) -> Arm {
-    let mut arm = Arm::new(name.into(), Families::ALL);
+fn method(name: &str, set: ImageSet<'_>, tiles: &Tiles) -> Method {
+    let mut method = Method::new(name.into(), Families::ALL);
     for image in set.images {
         let tiles = tiles.means(&wide(image));
         let mean = channels::mean(image, Channel::Luminance);
         let classes = BTreeMap::from([(CLASS, ClassMean { mean, tiles, ..ClassMean::default() })]);
-        arm.replicates.push(Observation { classes, samples: 0 });
+        method.replicates.push(Observation { classes, samples: 0 });
     }
-    arm
+    method
 }
 
-fn rows(arm: &Arm) -> Vec<&[f64]> {
-    arm.replicates.iter().flat_map(|r| r.classes.values()).map(|c| c.tiles.as_slice()).collect()
+fn rows(method: &Method) -> Vec<&[f64]> {
+    method.replicates.iter().flat_map(|r| r.classes.values()).map(|c| c.tiles.as_slice()).collect()
 }
 
 /// Mean luminance that came in fireflies; 0 unless tiles have a heavy tail.
-fn heavy(arm: &Arm) -> Result<f64, StatsError> {
-    let rows: Vec<Vec<f64>> = rows(arm).into_iter().map(<[f64]>::to_vec).collect();
+fn heavy(method: &Method) -> Result<f64, StatsError> {
+    let rows: Vec<Vec<f64>> = rows(method).into_iter().map(<[f64]>::to_vec).collect();
     if rows.len() < 3 {
         return Ok(0.0);
     }
@@ -318,8 +318,8 @@ fn side(set: ImageSet<'_>) -> Result<Side, StatsError> {
 }
 
 /// Median over the tiles that have light of the relative bias that a test of each at `level` finds with probability 0.9.
-fn tile_mdb(arms: &[Arm; 2], level: f64) -> Result<f64, StatsError> {
-    let [a, b] = [rows(&arms[0]), rows(&arms[1])];
+fn tile_mdb(methods: &[Method; 2], level: f64) -> Result<f64, StatsError> {
+    let [a, b] = [rows(&methods[0]), rows(&methods[1])];
     let mut found = Vec::new();
     for tile in 0..a[0].len() {
         let column = |rows: &[&[f64]]| rows.iter().map(|r| r[tile]).collect::<Vec<_>>();

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use pathspace_core::film::Families;
 use serde::{Deserialize, Serialize};
 
-use super::observe::{Arm, PathClass, common_classes};
+use super::observe::{Method, PathClass, common_classes};
 use super::tiles::firefly_light;
 use crate::stats::{
     Claim, CompareConfig, Gates, Moments, Reason, Rule, StatsError, Verdict, Welch, decide, holm,
@@ -70,8 +70,8 @@ struct Sums {
 /// |E Y_A − E Y_B| ≤ u: a difference that it could explain is none, and an agreement has to be as good in spite of it. So does the light of an emitter
 /// that one side has hardly met in the class, and, where the tiles of a class show a heavy tail, the light that came as fireflies.
 pub(super) fn test_cells(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     classes: &BTreeSet<PathClass>,
     config: &CompareConfig,
 ) -> Result<Vec<CellTest>, StatsError> {
@@ -106,15 +106,15 @@ pub(super) fn test_cells(
 }
 
 /// Luminance alone of grey scenes.
-fn channels(a: &Arm, b: &Arm, classes: &BTreeSet<PathClass>) -> Vec<Channel> {
-    let of = |arm: &Arm| {
-        let met = arm.replicates.iter().flat_map(|r| &r.classes);
+fn channels(a: &Method, b: &Method, classes: &BTreeSet<PathClass>) -> Vec<Channel> {
+    let of = |method: &Method| {
+        let met = method.replicates.iter().flat_map(|r| &r.classes);
         met.filter(|(class, _)| classes.contains(class))
             .any(|(_, c)| c.channels.iter().any(|v| (v - c.mean).abs() > GREY * c.mean.abs()))
     };
     // What has no channels shows a difference of all of them.
-    let known = |arm: &Arm| {
-        let mut met = arm.replicates.iter().flat_map(|r| r.classes.values());
+    let known = |method: &Method| {
+        let mut met = method.replicates.iter().flat_map(|r| r.classes.values());
         met.all(|c| c.mean == 0.0 || c.channels != [0.0; 3])
     };
     if known(a) && known(b) && (of(a) || of(b)) {
@@ -125,15 +125,15 @@ fn channels(a: &Arm, b: &Arm, classes: &BTreeSet<PathClass>) -> Vec<Channel> {
 }
 
 fn sums(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     classes: &BTreeSet<PathClass>,
     lengths: &[u16],
     channel: Channel,
     rule: &Rule,
 ) -> Result<Sums, StatsError> {
     let n = 1 + lengths.len();
-    let empty = |arm: &Arm| vec![vec![0.0; arm.replicates.len()]; n];
+    let empty = |method: &Method| vec![vec![0.0; method.replicates.len()]; n];
     let mut sums =
         Sums { columns: [empty(a), empty(b)], unseen: vec![0.0; n], lost: vec![false; n] };
     for class in classes {
@@ -163,11 +163,11 @@ fn sums(
     Ok(sums)
 }
 
-fn column(arm: &Arm, class: &PathClass, channel: Channel) -> Vec<f64> {
+fn column(method: &Method, class: &PathClass, channel: Channel) -> Vec<f64> {
     match channel {
-        Channel::Luminance => arm.class_column(class),
-        Channel::Red => arm.channel_column(class, 0),
-        Channel::Blue => arm.channel_column(class, 2),
+        Channel::Luminance => method.class_column(class),
+        Channel::Red => method.channel_column(class, 0),
+        Channel::Blue => method.channel_column(class, 2),
     }
 }
 
@@ -193,7 +193,11 @@ impl Sums {
 ///
 /// # Errors
 /// With fewer than two replicates of either, or means that are not finite.
-pub fn well_sampled(a: &Arm, b: &Arm, rule: &Rule) -> Result<BTreeSet<PathClass>, StatsError> {
+pub fn well_sampled(
+    a: &Method,
+    b: &Method,
+    rule: &Rule,
+) -> Result<BTreeSet<PathClass>, StatsError> {
     let mut chosen = BTreeSet::new();
     for class in common_classes(a, b) {
         let seen = [seen(a, b, &class, rule.n_eff_min)?, seen(b, a, &class, rule.n_eff_min)?];
@@ -219,39 +223,39 @@ enum Seen {
 ///
 /// None at all is held against it, unless it can make the class only by hitting emitter or lens by chance: with a
 /// connection it would have made some, and it does not where it has a mistake or a limit.
-fn seen(arm: &Arm, other: &Arm, class: &PathClass, few: f64) -> Result<Seen, StatsError> {
-    let m = Moments::of(&arm.class_column(class))?;
+fn seen(method: &Method, other: &Method, class: &PathClass, few: f64) -> Result<Seen, StatsError> {
+    let m = Moments::of(&method.class_column(class))?;
     if m.mean == 0.0 {
-        return Ok(if expected(arm, other, class, None) >= LOST {
+        return Ok(if expected(method, other, class, None) >= LOST {
             Seen::Lost
-        } else if connects(arm, class) {
+        } else if connects(method, class) {
             Seen::Well
         } else {
             Seen::Hardly
         });
     }
-    Ok(if effective(arm, class, &m)? < few { Seen::Hardly } else { Seen::Well })
+    Ok(if effective(method, class, &m)? < few { Seen::Hardly } else { Seen::Well })
 }
 
-fn connects(arm: &Arm, class: &PathClass) -> bool {
+fn connects(method: &Method, class: &PathClass) -> bool {
     [Families::S1, Families::INNER, Families::T1]
         .iter()
-        .any(|f| f.intersects(arm.families) && f.intersects(class.families))
+        .any(|f| f.intersects(method.families) && f.intersects(class.families))
 }
 
 /// Contributions that an integrator should have made to a class, from one emitter or all: those that the other one made by techniques that both
 /// use, for as many samples.
-fn expected(arm: &Arm, other: &Arm, class: &PathClass, emitter: Option<u16>) -> f64 {
-    let (own, theirs) = (arm.samples() as f64, other.samples() as f64);
+fn expected(method: &Method, other: &Method, class: &PathClass, emitter: Option<u16>) -> f64 {
+    let (own, theirs) = (method.samples() as f64, other.samples() as f64);
     if theirs == 0.0 {
         return 0.0;
     }
-    other.made(class, emitter, arm.families.common(other.families)) as f64 * own / theirs
+    other.made(class, emitter, method.families.common(other.families)) as f64 * own / theirs
 }
 
 /// Light of a class from emitters that one side has hardly met: a small lamp beside a large one.
-fn rare_emitters(a: &Arm, b: &Arm, class: &PathClass) -> Result<f64, StatsError> {
-    let met = [a, b].into_iter().flat_map(|arm| &arm.replicates);
+fn rare_emitters(a: &Method, b: &Method, class: &PathClass) -> Result<f64, StatsError> {
+    let met = [a, b].into_iter().flat_map(|method| &method.replicates);
     let met = met.filter_map(|r| r.classes.get(class)).flat_map(|c| c.sources.keys().copied());
     let emitters: BTreeSet<u16> = met.collect();
     if emitters.len() < 2 {
@@ -266,12 +270,12 @@ fn rare_emitters(a: &Arm, b: &Arm, class: &PathClass) -> Result<f64, StatsError>
     let all: f64 = light.iter().map(|l| l.3).sum();
     let mut rare = 0.0;
     for (emitter, one, two, own) in light {
-        let hardly = |arm: &Arm, other: &Arm, m: &Moments| {
+        let hardly = |method: &Method, other: &Method, m: &Moments| {
             if m.mean != 0.0 {
                 return implied(m) * (m.n as f64) < HARDLY;
             }
-            let lost = expected(arm, other, class, Some(emitter)) >= LOST;
-            !(lost || connects(arm, class) && own >= COMMON * all)
+            let lost = expected(method, other, class, Some(emitter)) >= LOST;
+            !(lost || connects(method, class) && own >= COMMON * all)
         };
         if hardly(a, b, &one) || hardly(b, a, &two) {
             rare += own;
@@ -287,8 +291,8 @@ fn implied(m: &Moments) -> f64 {
 
 /// The same for a class, its variance from all of its tiles together: that of the mean itself would favour replicates
 /// whose rare bright paths have not come yet, since their mean and its variance are small together.
-fn effective(arm: &Arm, class: &PathClass, m: &Moments) -> Result<f64, StatsError> {
-    let rows = tiles(arm, class);
+fn effective(method: &Method, class: &PathClass, m: &Moments) -> Result<f64, StatsError> {
+    let rows = tiles(method, class);
     let count = rows.first().map_or(0, Vec::len);
     if count == 0 {
         return Ok(implied(m));
@@ -302,9 +306,9 @@ fn effective(arm: &Arm, class: &PathClass, m: &Moments) -> Result<f64, StatsErro
 }
 
 /// Tiles of a class in every replicate.
-fn tiles(arm: &Arm, class: &PathClass) -> Vec<Vec<f64>> {
-    let found = arm.replicates.iter().find_map(|r| r.classes.get(class));
-    arm.class_tiles(class, found.map_or(0, |c| c.tiles.len()))
+fn tiles(method: &Method, class: &PathClass) -> Vec<Vec<f64>> {
+    let found = method.replicates.iter().find_map(|r| r.classes.get(class));
+    method.class_tiles(class, found.map_or(0, |c| c.tiles.len()))
 }
 
 fn is_zero(column: &[f64]) -> bool {
@@ -321,19 +325,19 @@ mod tests {
     const SMOOTH: PathClass = PathClass { length: 2, families: Families::S1 };
     const CAUSTIC: PathClass = PathClass { length: 2, families: Families::S0 };
 
-    /// An arm whose replicates hold the given luminance in each class.
-    fn arm(rows: &[(f64, f64)]) -> Arm {
+    /// An method whose replicates hold the given luminance in each class.
+    fn method(rows: &[(f64, f64)]) -> Method {
         let replicate = |(smooth, caustic): &(f64, f64)| {
             let class = |mean| ClassMean { mean, ..ClassMean::default() };
             let classes = [(SMOOTH, class(*smooth)), (CAUSTIC, class(*caustic))];
             Observation { classes: BTreeMap::from(classes), samples: 0 }
         };
-        let mut arm = Arm::new("a".into(), Families::ALL);
-        arm.replicates = rows.iter().map(replicate).collect();
-        arm
+        let mut method = Method::new("a".into(), Families::ALL);
+        method.replicates = rows.iter().map(replicate).collect();
+        method
     }
 
-    fn test(a: &Arm, b: &Arm) -> Vec<CellTest> {
+    fn test(a: &Method, b: &Method) -> Vec<CellTest> {
         let classes = BTreeSet::from([SMOOTH, CAUSTIC]);
         test_cells(a, b, &classes, &CompareConfig::default()).unwrap()
     }
@@ -344,8 +348,8 @@ mod tests {
 
     #[test]
     fn a_caustic_that_was_never_found_is_no_difference() {
-        let blind = arm(&(0..16).map(|r| (1.0 + noise(r), 0.0)).collect::<Vec<_>>());
-        let seeing = arm(&(0..16).map(|r| (1.0 - noise(r), 0.2 + noise(r))).collect::<Vec<_>>());
+        let blind = method(&(0..16).map(|r| (1.0 + noise(r), 0.0)).collect::<Vec<_>>());
+        let seeing = method(&(0..16).map(|r| (1.0 - noise(r), 0.2 + noise(r))).collect::<Vec<_>>());
         let cells = test(&blind, &seeing);
         assert_eq!(cells[0].verdict, Verdict::Inconclusive);
         // And it is not an agreement either: a fifth of the light is in doubt.
@@ -355,30 +359,30 @@ mod tests {
     #[test]
     fn paths_that_a_connection_would_have_made_are_missed() {
         // The same numbers with the classes the other way round.
-        let lame = arm(&(0..16).map(|r| (0.0, 1.0 + noise(r))).collect::<Vec<_>>());
-        let good = arm(&(0..16).map(|r| (0.2 + noise(r), 1.0 - noise(r))).collect::<Vec<_>>());
+        let lame = method(&(0..16).map(|r| (0.0, 1.0 + noise(r))).collect::<Vec<_>>());
+        let good = method(&(0..16).map(|r| (0.2 + noise(r), 1.0 - noise(r))).collect::<Vec<_>>());
         assert_eq!(test(&lame, &good)[0].verdict, Verdict::Differ);
     }
 
     #[test]
     fn what_is_well_sampled_differs_in_spite_of_a_rare_rest() {
         let rare = |r: usize| if r == 3 { 0.05 } else { 0.0 };
-        let a = arm(&(0..16).map(|r| (1.0 + noise(r), rare(r))).collect::<Vec<_>>());
-        let b = arm(&(0..16).map(|r| (1.1 - noise(r), 0.003)).collect::<Vec<_>>());
+        let a = method(&(0..16).map(|r| (1.0 + noise(r), rare(r))).collect::<Vec<_>>());
+        let b = method(&(0..16).map(|r| (1.1 - noise(r), 0.003)).collect::<Vec<_>>());
         assert!(test(&a, &b).iter().all(|c| c.verdict == Verdict::Differ));
     }
 
     #[test]
     fn equal_arms_agree() {
-        let a = arm(&(0..16).map(|r| (1.0 + noise(r), 0.2)).collect::<Vec<_>>());
-        let b = arm(&(0..16).map(|r| (1.0 - noise(r), 0.2)).collect::<Vec<_>>());
+        let a = method(&(0..16).map(|r| (1.0 + noise(r), 0.2)).collect::<Vec<_>>());
+        let b = method(&(0..16).map(|r| (1.0 - noise(r), 0.2)).collect::<Vec<_>>());
         let cells = test(&a, &b);
         assert_eq!(cells.len(), 2);
         assert!(cells.iter().all(|c| c.verdict == Verdict::Agree && c.test.mdb < 0.01));
     }
 
     /// Replicates of 1000 samples that hold light of emitters 0 and 1 by next-event estimation, each with so many contributions.
-    fn two_lamps(rows: &[[f64; 2]], lit: [u64; 2]) -> Arm {
+    fn two_lamps(rows: &[[f64; 2]], lit: [u64; 2]) -> Method {
         let replicate = |row: &[f64; 2]| {
             let source = |e: usize| {
                 let lit = BTreeMap::from([(Families::S1, lit[e])]);
@@ -388,12 +392,12 @@ mod tests {
             let class = ClassMean { mean: row[0] + row[1], sources, ..ClassMean::default() };
             Observation { classes: BTreeMap::from([(SMOOTH, class)]), samples: 1000 }
         };
-        let mut arm = Arm::new("a".into(), Families::S1);
-        arm.replicates = rows.iter().map(replicate).collect();
-        arm
+        let mut method = Method::new("a".into(), Families::S1);
+        method.replicates = rows.iter().map(replicate).collect();
+        method
     }
 
-    fn one_class(a: &Arm, b: &Arm) -> Vec<CellTest> {
+    fn one_class(a: &Method, b: &Method) -> Vec<CellTest> {
         test_cells(a, b, &BTreeSet::from([SMOOTH]), &CompareConfig::default()).unwrap()
     }
 
@@ -433,9 +437,9 @@ mod tests {
                 let class = ClassMean { mean, channels, ..ClassMean::default() };
                 Observation { classes: BTreeMap::from([(SMOOTH, class)]), samples: 0 }
             };
-            let mut arm = Arm::new("a".into(), Families::ALL);
-            arm.replicates = (0..16).map(replicate).collect();
-            arm
+            let mut method = Method::new("a".into(), Families::ALL);
+            method.replicates = (0..16).map(replicate).collect();
+            method
         };
         let cells = one_class(&coloured(0.2), &coloured(0.23));
         let differ: Vec<Channel> =
@@ -451,8 +455,8 @@ mod tests {
             let class = ClassMean { mean: 1.0, tiles, ..ClassMean::default() };
             Observation { classes: BTreeMap::from([(SMOOTH, class)]), samples: 0 }
         };
-        let mut arm = Arm::new("a".into(), Families::S0);
-        arm.replicates = (0..16).map(replicate).collect();
-        assert_eq!(seen(&arm, &arm, &SMOOTH, 10.0), Ok(Seen::Hardly));
+        let mut method = Method::new("a".into(), Families::S0);
+        method.replicates = (0..16).map(replicate).collect();
+        assert_eq!(seen(&method, &method, &SMOOTH, 10.0), Ok(Seen::Hardly));
     }
 }

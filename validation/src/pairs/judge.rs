@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::cells::{CellTest, Channel, test_cells};
-use super::observe::{Arm, Tiles, common_classes};
+use super::observe::{Method, Tiles, common_classes};
 use super::place::{Place, place};
 use super::tiles::{TileSummary, tile_test};
 use super::unseen;
@@ -95,13 +95,13 @@ pub struct Judgement {
     pub unseen: Vec<Unseen>,
 }
 
-/// Judges two arms of one scene: image and lengths, with [`TILE_REPLICATES`] a side or more also tiles.
+/// Judges two methods of one scene: image and lengths, with [`TILE_REPLICATES`] a side or more also tiles.
 ///
 /// # Errors
-/// With fewer than two replicates of an arm, or means that are not finite.
+/// With fewer than two replicates of an method, or means that are not finite.
 pub fn judge(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     tiles: &Tiles,
     config: &CompareConfig,
 ) -> Result<Judgement, StatsError> {
@@ -176,7 +176,7 @@ fn cell_summary(cell: &CellTest) -> LengthSummary {
 }
 
 /// What `blind` can not make of the image of `of`.
-fn left_out(blind: &Arm, of: &Arm) -> Option<Unseen> {
+fn left_out(blind: &Method, of: &Method) -> Option<Unseen> {
     let (mut all, mut out) = (0.0, 0.0);
     for replicate in &of.replicates {
         for (class, value) in &replicate.classes {

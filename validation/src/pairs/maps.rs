@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::observe::{Arm, PathClass, Tiles, common_classes};
+use super::observe::{Method, PathClass, Tiles, common_classes};
 use crate::stats::{StatsError, welch};
 
 /// Larger differences are shown as this many standard errors.
 const MOST: f64 = 99.0;
 
-/// Difference of two arms in each tile, in standard errors.
+/// Difference of two methods in each tile, in standard errors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TileMap {
     /// Path length; null for all lengths together.
@@ -17,7 +17,7 @@ pub struct TileMap {
     pub columns: usize,
     /// Rows of tiles.
     pub rows: usize,
-    /// Welch's t of the first arm over the second in each tile, row by row, cut at ±99.
+    /// Welch's t of the first method over the second in each tile, row by row, cut at ±99.
     pub sigma: Vec<f64>,
 }
 
@@ -40,13 +40,13 @@ impl TileMap {
     }
 }
 
-/// Maps of what both arms can make: all lengths together, then each of `lengths`.
+/// Maps of what both methods can make: all lengths together, then each of `lengths`.
 ///
 /// # Errors
-/// With fewer than two replicates of an arm, or means that are not finite.
+/// With fewer than two replicates of an method, or means that are not finite.
 pub fn tile_maps(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     tiles: &Tiles,
     lengths: &[u32],
 ) -> Result<Vec<TileMap>, StatsError> {
@@ -69,10 +69,10 @@ pub fn tile_maps(
 }
 
 /// Tiles of every replicate over the chosen classes together.
-fn sum(arm: &Arm, classes: &[&PathClass], tiles: &Tiles) -> Vec<Vec<f64>> {
-    let mut rows = vec![vec![0.0; tiles.count()]; arm.replicates.len()];
+fn sum(method: &Method, classes: &[&PathClass], tiles: &Tiles) -> Vec<Vec<f64>> {
+    let mut rows = vec![vec![0.0; tiles.count()]; method.replicates.len()];
     for class in classes {
-        for (row, own) in rows.iter_mut().zip(arm.class_tiles(class, tiles.count())) {
+        for (row, own) in rows.iter_mut().zip(method.class_tiles(class, tiles.count())) {
             for (sum, v) in row.iter_mut().zip(own) {
                 *sum += v;
             }

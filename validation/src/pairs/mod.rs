@@ -3,7 +3,7 @@
 //! ```text
 //! film ──observe──▶ Observation ─┐   image and path lengths: Welch, Holm      (cells)
 //! film ──observe──▶ Observation ─┼─▶ tiles × kinds of path: one test on all   (tiles)  ──▶ Judgement
-//!   …   replicates of two arms  ─┘   what only one of the two can make        (unseen)
+//!   …   replicates of two methods  ─┘   what only one of the two can make        (unseen)
 //! ```
 //!
 //! The unit of observation is the mean of one path class over one replicate. A [`PathClass`] holds the paths of one length that the
@@ -22,7 +22,7 @@ pub(crate) use cells::LOST;
 pub use cells::{Channel, well_sampled};
 pub use judge::{Judgement, LengthSummary, TILE_REPLICATES, Unseen, judge};
 pub use maps::{TileMap, tile_maps};
-pub use observe::{Arm, ClassMean, Observation, PathClass, Source, TILES, Tiles, unique_name};
+pub use observe::{ClassMean, Method, Observation, PathClass, Source, TILES, Tiles, unique_name};
 pub use place::Place;
 pub use tiles::{TileSummary, tile_test};
 pub(crate) use unseen::techniques;

@@ -50,7 +50,7 @@ pub struct Observation {
 
 /// The replicates of one integrator.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arm {
+pub struct Method {
     /// Its spec; see [`unique_name`].
     pub name: String,
     /// Families of techniques that it uses on the scene.
@@ -99,10 +99,10 @@ impl Observation {
     }
 }
 
-impl Arm {
-    /// An arm without replicates.
+impl Method {
+    /// An method without replicates.
     pub fn new(name: String, families: Families) -> Self {
-        Arm { name, families, replicates: Vec::new() }
+        Method { name, families, replicates: Vec::new() }
     }
 
     /// Mean luminance of a class in every replicate.
@@ -158,9 +158,10 @@ impl Arm {
     }
 }
 
-/// Path classes that both arms can make and at least one has met.
-pub(super) fn common_classes(a: &Arm, b: &Arm) -> BTreeSet<PathClass> {
-    let met = [a, b].into_iter().flat_map(|arm| &arm.replicates).flat_map(|r| r.classes.keys());
+/// Path classes that both methods can make and at least one has met.
+pub(super) fn common_classes(a: &Method, b: &Method) -> BTreeSet<PathClass> {
+    let met =
+        [a, b].into_iter().flat_map(|method| &method.replicates).flat_map(|r| r.classes.keys());
     let both =
         |c: &&PathClass| c.families.intersects(a.families) && c.families.intersects(b.families);
     met.filter(both).copied().collect()

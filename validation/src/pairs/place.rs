@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::observe::{Arm, PathClass};
+use super::observe::{Method, PathClass};
 use super::unseen;
 use crate::stats::{StatsError, welch};
 
@@ -28,8 +28,8 @@ pub struct Place {
 
 /// The class of `classes` with the least p-value; `None` where no class looks as if it differed.
 pub(super) fn place(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     classes: &BTreeSet<PathClass>,
 ) -> Result<Option<Place>, StatsError> {
     let mut least: Option<Place> = None;

@@ -1,7 +1,7 @@
 //! The test on tiles of the image, for each kind of path.
 //!
 //! Class by class and not over their sum: where rare caustics lie over smooth light, the replicates of the sum look well sampled even if no
-//! caustic was found at all, and the test would accuse an arm of what it has not had the time to see.
+//! caustic was found at all, and the test would accuse an method of what it has not had the time to see.
 //!
 //! Which tiles are fit for a test is asked of all tiles of a class together, never of one tile. Tiles that are chosen because *their*
 //! replicates scatter little are those whose fireflies have not come yet; of light tracing onto glossy plates such tiles lack up to a half of
@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::observe::{Arm, PathClass, Tiles};
+use super::observe::{Method, PathClass, Tiles};
 use crate::json::number;
 use crate::stats::{
     PermutationConfig, StatsError, Tail, Verdict, pooled_skewness, skewed_welch, spread_test, tail,
@@ -53,18 +53,18 @@ fn unknown() -> f64 {
 
 /// Sides of a group in tiles.
 const SIDES: [usize; 3] = [1, 2, 4];
-/// A tile must be lit in this share of the replicates of an arm, or in none.
+/// A tile must be lit in this share of the replicates of an method, or in none.
 const LIT: f64 = 0.75;
 /// A class with so few dark tiles has a shape that is not that of counting.
 const DENSE: f64 = 0.98;
 /// Share of the light below which tiles that show no difference prove no agreement.
 const HALF: f64 = 0.5;
 
-/// Tiles of a class merged to groups, the same in both arms.
+/// Tiles of a class merged to groups, the same in both methods.
 struct Groups {
     side: usize,
     dense: bool,
-    arms: [Vec<Vec<f64>>; 2],
+    methods: [Vec<Vec<f64>>; 2],
 }
 
 /// Whether a class can be tested.
@@ -73,7 +73,7 @@ enum Fitness {
     From(Groups),
     /// Too few replicates are lit, or too few tiles.
     Sparse,
-    /// Fireflies rule an arm.
+    /// Fireflies rule an method.
     Heavy,
 }
 
@@ -83,10 +83,10 @@ enum Fitness {
 /// in common, by Bonferroni over groups of 1, 2×2 and 4×4 tiles. The spread: [`spread_test`] over the smallest groups.
 ///
 /// # Errors
-/// With fewer than four replicates of an arm, or means that are not finite.
+/// With fewer than four replicates of an method, or means that are not finite.
 pub fn tile_test(
-    a: &Arm,
-    b: &Arm,
+    a: &Method,
+    b: &Method,
     classes: &BTreeSet<PathClass>,
     tiles: &Tiles,
     alpha: f64,
@@ -94,11 +94,11 @@ pub fn tile_test(
     let (mut all, mut seen, mut heavy) = (0.0, 0.0, false);
     let mut fit = Vec::new();
     for class in classes {
-        let arms = [a.class_tiles(class, tiles.count()), b.class_tiles(class, tiles.count())];
-        let light = light(&arms);
+        let methods = [a.class_tiles(class, tiles.count()), b.class_tiles(class, tiles.count())];
+        let light = light(&methods);
         all += light;
-        match fitness(&arms, tiles)? {
-            Fitness::From(groups) => fit.push((groups, arms, light)),
+        match fitness(&methods, tiles)? {
+            Fitness::From(groups) => fit.push((groups, methods, light)),
             Fitness::Sparse => {}
             Fitness::Heavy => heavy = true,
         }
@@ -108,14 +108,14 @@ pub fn tile_test(
     let (mut count, mut least) = (0, 1.0_f64);
     let mut detectable = Vec::new();
     let mut finest = [vec![Vec::new(); a.replicates.len()], vec![Vec::new(); b.replicates.len()]];
-    for (groups, arms, light) in &fit {
+    for (groups, methods, light) in &fit {
         seen += light;
-        for (all, own) in finest.iter_mut().zip(&groups.arms) {
+        for (all, own) in finest.iter_mut().zip(&groups.methods) {
             all.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
         }
         for side in SIDES.into_iter().filter(|s| *s >= groups.side) {
-            let larger = merged(arms, tiles, side);
-            let [x, y] = if side == groups.side { &groups.arms } else { &larger };
+            let larger = merged(methods, tiles, side);
+            let [x, y] = if side == groups.side { &groups.methods } else { &larger };
             // Of a few large groups no skewness is known.
             if side > groups.side && x[0].len() * x.len() < 200 {
                 continue;
@@ -168,32 +168,32 @@ fn spread(finest: &[Vec<Vec<f64>>; 2], alpha: f64) -> Result<f64, StatsError> {
     spread_test(&x[..k], &y[..k], &PermutationConfig { permutations, seed: 2 })
 }
 
-/// The smallest groups of a class whose shape a t-test can bear in both arms.
-fn fitness(arms: &[Vec<Vec<f64>>; 2], tiles: &Tiles) -> Result<Fitness, StatsError> {
+/// The smallest groups of a class whose shape a t-test can bear in both methods.
+fn fitness(methods: &[Vec<Vec<f64>>; 2], tiles: &Tiles) -> Result<Fitness, StatsError> {
     for side in SIDES {
-        let arms = merged(arms, tiles, side);
-        if arms[0][0].is_empty() {
+        let methods = merged(methods, tiles, side);
+        if methods[0][0].is_empty() {
             continue;
         }
         let (mut fit, mut all_dense) = (true, true);
-        for arm in &arms {
-            let dense = lit(arm) >= DENSE;
+        for method in &methods {
+            let dense = lit(method) >= DENSE;
             all_dense &= dense;
-            match tail(arm)? {
+            match tail(method)? {
                 Some(t) if dense && t.is_heavy() => return Ok(Fitness::Heavy),
                 Some(t) => fit &= t.is_light(),
-                // An arm without noise, or in the dark, has no tail.
-                None => fit &= constant(arm),
+                // An method without noise, or in the dark, has no tail.
+                None => fit &= constant(method),
             }
         }
         if fit {
-            return Ok(Fitness::From(Groups { side, dense: all_dense, arms }));
+            return Ok(Fitness::From(Groups { side, dense: all_dense, methods }));
         }
     }
     Ok(Fitness::Sparse)
 }
 
-/// Light of a class that an arm owes to fireflies: 0 unless its tiles have a heavy tail.
+/// Light of a class that an method owes to fireflies: 0 unless its tiles have a heavy tail.
 pub(super) fn firefly_light(rows: &[Vec<f64>]) -> Result<f64, StatsError> {
     if rows.len() < 3 || rows[0].is_empty() {
         return Ok(0.0);
@@ -201,27 +201,28 @@ pub(super) fn firefly_light(rows: &[Vec<f64>]) -> Result<f64, StatsError> {
     Ok(tail(rows)?.filter(Tail::is_heavy).map_or(0.0, |t| t.rare))
 }
 
-/// Means over groups of `side` × `side` tiles, of those groups that are fit in both arms; without groups where these are less than
+/// Means over groups of `side` × `side` tiles, of those groups that are fit in both methods; without groups where these are less than
 /// half of all that have light.
-fn merged(arms: &[Vec<Vec<f64>>; 2], tiles: &Tiles, side: usize) -> [Vec<Vec<f64>>; 2] {
-    let whole = [coarse(&arms[0], tiles, side), coarse(&arms[1], tiles, side)];
+fn merged(methods: &[Vec<Vec<f64>>; 2], tiles: &Tiles, side: usize) -> [Vec<Vec<f64>>; 2] {
+    let whole = [coarse(&methods[0], tiles, side), coarse(&methods[1], tiles, side)];
     let fit = [fit_groups(&whole[0], &whole[1]), fit_groups(&whole[1], &whole[0])];
     let bright = |g: &usize| whole.iter().flatten().any(|row| row[*g] != 0.0);
     let bright: Vec<usize> = (0..fit[0].len()).filter(bright).collect();
     let both = |g: &usize| fit[0][*g] && fit[1][*g];
     let chosen: Vec<usize> = bright.iter().copied().filter(both).collect();
     let enough = 2 * chosen.len() >= bright.len();
-    whole.map(|arm| {
+    whole.map(|method| {
         let pick = |row: &Vec<f64>| chosen.iter().filter(|_| enough).map(|&g| row[g]).collect();
-        arm.iter().map(pick).collect()
+        method.iter().map(pick).collect()
     })
 }
 
-/// Which groups of an arm are fit for a test: those that are lit in nearly all replicates. Groups that are dark in all of them are fit where
-/// that can not be chance: where the arm is neither sparse nor dark elsewhere, and the other arm sees no less there than in others.
-fn fit_groups(arm: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<bool> {
-    let groups = arm[0].len();
-    let share = |g: usize| arm.iter().filter(|r| r[g] != 0.0).count() as f64 / arm.len() as f64;
+/// Which groups of an method are fit for a test: those that are lit in nearly all replicates. Groups that are dark in all of them are fit where
+/// that can not be chance: where the method is neither sparse nor dark elsewhere, and the other method sees no less there than in others.
+fn fit_groups(method: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<bool> {
+    let groups = method[0].len();
+    let share =
+        |g: usize| method.iter().filter(|r| r[g] != 0.0).count() as f64 / method.len() as f64;
     let light = |g: usize| other.iter().map(|r| r[g].abs()).sum::<f64>() / other.len() as f64;
     let shares: Vec<f64> = (0..groups).map(share).collect();
     let lit: Vec<usize> = (0..groups).filter(|&g| shares[g] >= LIT).collect();
@@ -253,24 +254,24 @@ fn coarse(rows: &[Vec<f64>], tiles: &Tiles, side: usize) -> Vec<Vec<f64>> {
 }
 
 /// Share of all values that are not 0, of the groups that have any.
-fn lit(arm: &[Vec<f64>]) -> f64 {
-    let groups = (0..arm[0].len()).filter(|&g| arm.iter().any(|row| row[g] != 0.0));
+fn lit(method: &[Vec<f64>]) -> f64 {
+    let groups = (0..method[0].len()).filter(|&g| method.iter().any(|row| row[g] != 0.0));
     let (mut all, mut lit) = (0.0_f64, 0.0);
     for g in groups {
-        all += arm.len() as f64;
-        lit += arm.iter().filter(|row| row[g] != 0.0).count() as f64;
+        all += method.len() as f64;
+        lit += method.iter().filter(|row| row[g] != 0.0).count() as f64;
     }
     if all > 0.0 { lit / all } else { 1.0 }
 }
 
-fn constant(arm: &[Vec<f64>]) -> bool {
-    arm.iter().all(|row| row == &arm[0])
+fn constant(method: &[Vec<f64>]) -> bool {
+    method.iter().all(|row| row == &method[0])
 }
 
-/// Light of a class, that of the arm that saw more.
-fn light(arms: &[Vec<Vec<f64>>; 2]) -> f64 {
-    let sum = |arm: &[Vec<f64>]| arm.iter().flatten().sum::<f64>() / arm.len() as f64;
-    sum(&arms[0]).abs().max(sum(&arms[1]).abs())
+/// Light of a class, that of the method that saw more.
+fn light(methods: &[Vec<Vec<f64>>; 2]) -> f64 {
+    let sum = |method: &[Vec<f64>]| method.iter().flatten().sum::<f64>() / method.len() as f64;
+    sum(&methods[0]).abs().max(sum(&methods[1]).abs())
 }
 
 #[cfg(test)]
@@ -298,22 +299,22 @@ mod tests {
         }
     }
 
-    fn arm(value: impl FnMut(usize) -> f64) -> Arm {
+    fn method(value: impl FnMut(usize) -> f64) -> Method {
         let mut value = value;
-        let mut arm = Arm::new("arm".into(), Families::ALL);
+        let mut method = Method::new("method".into(), Families::ALL);
         for _ in 0..16 {
             let tiles: Vec<f64> = (0..SIDE * SIDE).map(&mut value).collect();
             let mean = tiles.iter().sum::<f64>() / (SIDE * SIDE) as f64;
-            arm.replicates.push(observation(ClassMean { mean, tiles, ..ClassMean::default() }));
+            method.replicates.push(observation(ClassMean { mean, tiles, ..ClassMean::default() }));
         }
-        arm
+        method
     }
 
     fn observation(class: ClassMean) -> Observation {
         Observation { classes: [(CLASS, class)].into(), samples: 0 }
     }
 
-    fn test(a: &Arm, b: &Arm) -> Option<TileSummary> {
+    fn test(a: &Method, b: &Method) -> Option<TileSummary> {
         let tiles = Tiles::new(SIDE, SIDE);
         tile_test(a, b, &BTreeSet::from([CLASS]), &tiles, 5e-5).unwrap()
     }
@@ -328,19 +329,19 @@ mod tests {
     fn a_bias_of_five_percent_in_a_region_is_found() {
         for seed in 0..3 {
             let mut s = Source(Pcg64Mcg::seed_from_u64(seed));
-            let (a, b) = (arm(|_| s.gamma(1600)), arm(planted));
+            let (a, b) = (method(|_| s.gamma(1600)), method(planted));
             let found = test(&a, &b).unwrap();
             assert_eq!(found.verdict, Verdict::Differ, "{found:?}");
         }
     }
 
     #[test]
-    fn arms_of_different_shape_and_equal_means_do_not_differ() {
+    fn methods_of_different_shape_and_equal_means_do_not_differ() {
         let mut least: f64 = 1.0;
         for seed in 0..20 {
             let mut s = Source(Pcg64Mcg::seed_from_u64(100 + seed));
-            let a = arm(|_| s.gamma(6));
-            let b = arm(|_| s.gamma(2000));
+            let a = method(|_| s.gamma(6));
+            let b = method(|_| s.gamma(2000));
             least = least.min(test(&a, &b).unwrap().p);
         }
         assert!(least > 2e-4, "{least}");
@@ -350,30 +351,30 @@ mod tests {
     fn tiles_that_fireflies_rule_are_not_tested() {
         // A third of the light comes once in a hundred replicates of a tile.
         let mut s = Source(Pcg64Mcg::seed_from_u64(7));
-        let a = arm(|_| 0.67 * s.gamma(800) + if s.uniform() < 0.01 { 33.0 } else { 0.0 });
+        let a = method(|_| 0.67 * s.gamma(800) + if s.uniform() < 0.01 { 33.0 } else { 0.0 });
         let mut s = Source(Pcg64Mcg::seed_from_u64(8));
-        let b = arm(|_| s.gamma(800));
+        let b = method(|_| s.gamma(800));
         assert_eq!(test(&a, &b), None);
         // The same without any firefly is a difference.
         let mut s = Source(Pcg64Mcg::seed_from_u64(7));
-        let a = arm(|_| 0.67 * s.gamma(800));
+        let a = method(|_| 0.67 * s.gamma(800));
         assert_eq!(test(&a, &b).unwrap().verdict, Verdict::Differ);
     }
 
     #[test]
     fn tiles_that_an_arm_hits_by_rare_chance_are_not_tested() {
         let mut s = Source(Pcg64Mcg::seed_from_u64(10));
-        let a = arm(|_| if s.uniform() < 0.02 { 50.0 } else { 0.0 });
+        let a = method(|_| if s.uniform() < 0.02 { 50.0 } else { 0.0 });
         let mut s = Source(Pcg64Mcg::seed_from_u64(11));
-        let b = arm(|_| s.gamma(100));
+        let b = method(|_| s.gamma(100));
         assert_eq!(test(&a, &b), None);
     }
 
     #[test]
     fn a_tile_that_one_arm_leaves_dark_differs() {
         let mut s = Source(Pcg64Mcg::seed_from_u64(9));
-        let a = arm(|tile| if tile == 37 { 0.0 } else { s.gamma(100) });
-        let b = arm(|_| s.gamma(100));
+        let a = method(|tile| if tile == 37 { 0.0 } else { s.gamma(100) });
+        let b = method(|_| s.gamma(100));
         assert_eq!(test(&a, &b).unwrap().verdict, Verdict::Differ);
     }
 }

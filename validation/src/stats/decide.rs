@@ -43,7 +43,7 @@ pub enum Reason {
     Significant,
     /// The minimum detectable bias exceeds the limit.
     TooNoisy,
-    /// One arm is exactly 0 in all its replicates and the other is not: it never sampled the cell,
+    /// One method is exactly 0 in all its replicates and the other is not: it never sampled the cell,
     /// which a rare event and a missing technique have in common.
     NeverSampled,
     /// Too few effective contributions per replicate for a t-test.
@@ -62,7 +62,7 @@ impl Reason {
     }
 }
 
-/// The figures that tell whether a t-test may be trusted on a cell; the worse arm counts.
+/// The figures that tell whether a t-test may be trusted on a cell; the worse method counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gates {
     /// Effective number of contributions per replicate, (Σx)²/Σx²; `None` where unknown.
@@ -72,7 +72,7 @@ pub struct Gates {
 }
 
 impl Gates {
-    /// The worse of two arms in each figure.
+    /// The worse of two methods in each figure.
     pub fn worse(self, other: Gates) -> Gates {
         Gates {
             n_eff: merge(self.n_eff, other.n_eff, f64::min),

@@ -107,7 +107,7 @@ pub fn trimmed_mean(map: &[f64], fraction: f64) -> Result<f64, StatsError> {
     mean(&sorted[..keep])
 }
 
-/// The replicates of one arm as references for each other.
+/// The replicates of one method as references for each other.
 ///
 /// For replicate r and pixel value A_r the squared error is estimated by the mean of (A_r−A_i)(A_r−A_j) over all pairs i<j of
 /// other replicates: the two-reference form of [`squared_error_halves`] over all splits. With d_i = A_i − Ā this is
@@ -161,7 +161,7 @@ impl Others {
     }
 }
 
-/// Errors of single replicates of one arm, estimated from the replicates alone.
+/// Errors of single replicates of one method, estimated from the replicates alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReplicateErrors {
     /// MSE of each replicate, estimated with the others as its reference; may be negative.
@@ -182,7 +182,7 @@ pub struct ReplicateErrors {
     pub firefly_index: f64,
 }
 
-/// Error of the replicates of one unbiased arm, without any reference.
+/// Error of the replicates of one unbiased method, without any reference.
 ///
 /// The estimate for one replicate is the mean of its map of [`Others`]. Its mean over r is exactly
 /// the unbiased variance over replicates. It sees noise and no bias, which is what tests on means

@@ -2,9 +2,9 @@
 //!
 //! | Question | Where |
 //! | --- | --- |
-//! | Do two arms of replicates have the same mean? | [`welch()`], [`one_sample`] |
+//! | Do two methods of replicates have the same mean? | [`welch()`], [`one_sample`] |
 //! | … in every one of ≤ 50 signed cells at once? | [`compare_exact`], [`holm`] |
-//! | … in hundreds of correlated tiles, arms of any shape? | [`skewed_welch`], [`spread_test`], after [`tail`] |
+//! | … in hundreds of correlated tiles, methods of any shape? | [`skewed_welch`], [`spread_test`], after [`tail`] |
 //! | May a t-test be trusted here? | [`pareto_khat`] |
 //! | What bias would have been seen? | [`minimum_detectable_bias`] |
 //! | What does the test say in one word? | [`Verdict`], [`decide()`] |

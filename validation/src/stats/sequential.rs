@@ -115,14 +115,14 @@ impl Default for SequentialConfig {
 pub enum Decision {
     /// Render another pair.
     Continue,
-    /// The arms differ; stays so.
+    /// The methods differ; stays so.
     Differ,
     /// Precise enough to stop. The verdict of the fixed-size comparison on the replicates may then
     /// be printed as a figure, but only this e-process keeps its level.
     Resolved,
 }
 
-/// Sequential comparison of two arms over many cells by the average of their e-values.
+/// Sequential comparison of two methods over many cells by the average of their e-values.
 ///
 /// The average of e-values is an e-value whatever their dependence; one cell of m needs e ≥ m/α
 /// alone, many faint ones help each other. Every e-process is exact for normal differences in the
@@ -141,7 +141,7 @@ pub struct Sequential {
 struct State {
     decisive: bool,
     difference: PairedT,
-    /// Sum over both arms, for the mean that relative figures refer to.
+    /// Sum over both methods, for the mean that relative figures refer to.
     sum: f64,
 }
 
@@ -169,7 +169,7 @@ impl Sequential {
         })
     }
 
-    /// Adds one replicate of each arm, one value a cell, and decides.
+    /// Adds one replicate of each method, one value a cell, and decides.
     ///
     /// Fails on other numbers of values and on non-finite ones; the comparison is then unchanged.
     pub fn push(&mut self, a: &[f64], b: &[f64]) -> Result<Decision, StatsError> {

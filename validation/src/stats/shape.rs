@@ -1,15 +1,15 @@
 //! The shape of replicate means: skewness and tails, pooled over the cells of one kind.
 //!
-//! A t-test of two arms of different shape alarms in the tail of its own accord: E t ≈ −γ/(2√K) for the skewness γ of the noisier arm,
+//! A t-test of two methods of different shape alarms in the tail of its own accord: E t ≈ −γ/(2√K) for the skewness γ of the noisier method,
 //! and the tail on that side is heavier. Over a thousand tiles that is a difference. A permutation of labels does not help; it makes
-//! both arms of one shape. One tile's K replicates can not tell γ, all tiles of one kind together can.
+//! both methods of one shape. One tile's K replicates can not tell γ, all tiles of one kind together can.
 
 use super::dist::student_sf;
 use super::fault::StatsError;
 use super::moments::Moments;
 use super::pareto::pareto_khat;
 
-/// Skewness of the cells of an arm (rows are replicates, columns cells): the mean over cells that are not constant of
+/// Skewness of the cells of an method (rows are replicates, columns cells): the mean over cells that are not constant of
 /// G₁ = K/((K−1)(K−2)) Σ(x−x̄)³/s³ (Joanes & Gill 1998), times 1 + 6/K.
 ///
 /// G₁ of a skewed variable is too small because s³ grows with Σ(x−x̄)³; the factor is that of gamma distributions of shape 4 to 50 to
@@ -42,13 +42,13 @@ pub struct Skewed {
     pub p: f64,
 }
 
-/// Welch's test of arms with the known skewnesses `gamma`, by Hall's (1992) monotone transformation
+/// Welch's test of methods with the known skewnesses `gamma`, by Hall's (1992) monotone transformation
 /// g(t) = t + κt²/3 + κ²t³/27 + κ/6, κ the skewness of the difference of the means:
 /// κ = (γ_A s_A³/K_A² − γ_B s_B³/K_B²)/(s_A²/K_A + s_B²/K_B)^{3/2}.
 ///
 /// What is nearer to 0 of t and g(t), and 0 where their signs differ, is compared with Student's t of Welch's degrees of freedom: γ is an average over
 /// cells, and one that is less skewed than that must not seem to differ because of it. Two constants: p = 1 where they are equal and p = 0 where they
-/// are not. Fails on fewer than 2 values in an arm and on non-finite values.
+/// are not. Fails on fewer than 2 values in an method and on non-finite values.
 pub fn skewed_welch(a: &[f64], b: &[f64], gamma: [f64; 2]) -> Result<Skewed, StatsError> {
     let (a, b) = (Moments::of(a)?, Moments::of(b)?);
     let (va, vb) = (a.squared_error(), b.squared_error());
@@ -60,7 +60,7 @@ pub fn skewed_welch(a: &[f64], b: &[f64], gamma: [f64; 2]) -> Result<Skewed, Sta
     }
     let df = super::welch::satterthwaite(&[(va, a.n), (vb, b.n)]);
     let t = d / (va + vb).sqrt();
-    // Each arm's share of the squared error, so that tiny variances do not underflow.
+    // Each method's share of the squared error, so that tiny variances do not underflow.
     let share = |v: f64, n: usize| (v / (va + vb)).powf(1.5) / (n as f64).sqrt();
     let kappa = gamma[0] * share(va, a.n) - gamma[1] * share(vb, b.n);
     let g = t + kappa * t * t / 3.0 + kappa * kappa * t * t * t / 27.0 + kappa / 6.0;
@@ -68,7 +68,7 @@ pub fn skewed_welch(a: &[f64], b: &[f64], gamma: [f64; 2]) -> Result<Skewed, Sta
     Ok(Skewed { t: nearer, p: (2.0 * student_sf(nearer.abs(), df)).min(1.0) })
 }
 
-/// How heavy the tails of an arm's cells are.
+/// How heavy the tails of an method's cells are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tail {
     /// What a cell has missed, on average over the cells, in standard errors: √K times the mean excess of the residuals over their
@@ -170,7 +170,7 @@ mod tests {
         assert!((plain.p - same.p).abs() < 1e-12 && (plain.t - same.t).abs() < 1e-12);
     }
 
-    /// Comparisons of a skewed with a symmetric arm over 200 cells that alarm at 5 %, family-wise.
+    /// Comparisons of a skewed with a symmetric method over 200 cells that alarm at 5 %, family-wise.
     fn alarms(runs: u64, corrected: bool) -> u64 {
         let mut source = Source::new(72);
         let mut count = 0;
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_of_different_shape_alarm_at_the_level_once_skewness_is_known() {
+    fn methods_of_different_shape_alarm_at_the_level_once_skewness_is_known() {
         let (with, without) = (alarms(500, true), alarms(500, false));
         let (_, high) = binomial_interval(with, 500, 0.95).unwrap();
         assert!(high <= 0.075, "{with} of 500");

@@ -1,4 +1,4 @@
-//! A bias that is spread over many cells, whatever the shapes of the arms.
+//! A bias that is spread over many cells, whatever the shapes of the methods.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -33,7 +33,7 @@ pub fn spread_test(
     b: &[Vec<f64>],
     config: &PermutationConfig,
 ) -> Result<f64, StatsError> {
-    same_length("replicates of the arms", a.len(), b.len())?;
+    same_length("replicates of the methods", a.len(), b.len())?;
     at_least("pairs of replicates", 4, a.len())?;
     at_least("permutations", 1, config.permutations)?;
     let cells = a[0].len();

@@ -1,4 +1,4 @@
-//! Welch's t-test between two arms, its one-sample form, and the bias that it can see.
+//! Welch's t-test between two methods, its one-sample form, and the bias that it can see.
 
 use serde::Serialize;
 
@@ -14,9 +14,9 @@ pub const MDB_POWER: f64 = 0.9;
 /// Result of a test on the difference of two means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Welch {
-    /// Mean of the first arm.
+    /// Mean of the first method.
     pub mean_a: f64,
-    /// Mean of the second arm, or the exact value.
+    /// Mean of the second method, or the exact value.
     pub mean_b: f64,
     /// Standard error of the difference, √(s_A²/K_A + s_B²/K_B).
     pub se: f64,
@@ -34,7 +34,7 @@ pub struct Welch {
 ///
 /// t = (Ȳ_A−Ȳ_B)/√(s_A²/K_A+s_B²/K_B) with ν = (s_A²/K_A+s_B²/K_B)² / [ (s_A²/K_A)²/(K_A−1) +
 /// (s_B²/K_B)²/(K_B−1) ] and p = 2 P(T_ν > |t|). Two constants: p = 1 where they are equal and p =
-/// 0 where they are not. Fails on fewer than 2 values in an arm and on non-finite values.
+/// 0 where they are not. Fails on fewer than 2 values in an method and on non-finite values.
 ///
 /// ```
 /// let t = pathspace_validation::stats::welch(&[1.0, 2.0, 3.0], &[2.0, 3.0, 4.0])?;
@@ -117,15 +117,15 @@ fn test(
 }
 
 /// ν = (Σv)²/Σ(v²/(n−1)) of squared standard errors v; Σ(n−1) where all of them are 0.
-pub(crate) fn satterthwaite(arms: &[(f64, usize)]) -> f64 {
-    let largest = arms.iter().fold(0.0, |m: f64, a| m.max(a.0));
-    let pooled: f64 = arms.iter().map(|a| (a.1 - 1) as f64).sum();
+pub(crate) fn satterthwaite(methods: &[(f64, usize)]) -> f64 {
+    let largest = methods.iter().fold(0.0, |m: f64, a| m.max(a.0));
+    let pooled: f64 = methods.iter().map(|a| (a.1 - 1) as f64).sum();
     if largest == 0.0 {
         return pooled;
     }
     // Scaled by the largest so that tiny variances do not underflow when squared.
-    let sum: f64 = arms.iter().map(|a| a.0 / largest).sum();
-    let below: f64 = arms.iter().map(|a| (a.0 / largest).powi(2) / (a.1 - 1) as f64).sum();
+    let sum: f64 = methods.iter().map(|a| a.0 / largest).sum();
+    let below: f64 = methods.iter().map(|a| (a.0 / largest).powi(2) / (a.1 - 1) as f64).sum();
     sum * sum / below
 }
 

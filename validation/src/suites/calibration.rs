@@ -10,7 +10,7 @@ use pathspace_core::random::derive_seed;
 use pathspace_scenes::library;
 
 use super::run::{Options, Progress, SuiteError, Team, load};
-use crate::pairs::{Arm, Judgement, Observation, Tiles, judge};
+use crate::pairs::{Judgement, Method, Observation, Tiles, judge};
 use crate::stats::{
     Cell, CompareConfig, Decision, Sequential, SequentialConfig, StatsError, binomial_interval,
 };
@@ -34,7 +34,7 @@ const SCENES: &[(&str, u64)] = &[("cornell-box", 4), ("thin-lens", 8)];
 struct Case {
     scene: &'static str,
     samples: u64,
-    arms: [usize; 2],
+    methods: [usize; 2],
 }
 
 fn cases(team: &Team<'_>, options: &Options) -> Vec<Case> {
@@ -43,7 +43,7 @@ fn cases(team: &Team<'_>, options: &Options) -> Vec<Case> {
     for &(scene, samples) in SCENES.iter().filter(|(scene, _)| options.wants(scene)) {
         for i in 0..n {
             for j in i..n {
-                cases.push(Case { scene, samples, arms: [i, j] });
+                cases.push(Case { scene, samples, methods: [i, j] });
             }
         }
     }
@@ -84,7 +84,7 @@ pub(super) fn run(
             }
         };
         let integrators = team.integrators(rules)?;
-        let pair = case.arms.map(|i| &*integrators[i]);
+        let pair = case.methods.map(|i| &*integrators[i]);
         let subject = format!("{} and {}", pair[0].spec(), pair[1].spec());
         let mut specs = pair.map(|integrator| integrator.spec()).to_vec();
         specs.dedup();
@@ -146,17 +146,18 @@ impl Alarms {
         seed: u64,
     ) -> Result<(), CalibrationError> {
         let tiles = Tiles::new(SIZE as usize, SIZE as usize);
-        let mut arms = Vec::new();
+        let mut methods = Vec::new();
         for (place, integrator) in pair.into_iter().enumerate() {
             let own = derive_seed(seed, place as u64);
             let batch = replicates(scene, integrator, &tiles, own, 0..MOST as u64, samples)?;
             let families = integrator.families(scene);
             let name = ["a", "b"][place].to_owned();
-            arms.push(Arm { name, families, replicates: batch.observations });
+            methods.push(Method { name, families, replicates: batch.observations });
         }
-        self.sequential += u64::from(sequential(&arms)? == Decision::Differ);
-        arms.iter_mut().for_each(|arm| arm.replicates.truncate(FIXED));
-        let judgement: Judgement = judge(&arms[0], &arms[1], &tiles, &CompareConfig::default())?;
+        self.sequential += u64::from(sequential(&methods)? == Decision::Differ);
+        methods.iter_mut().for_each(|method| method.replicates.truncate(FIXED));
+        let judgement: Judgement =
+            judge(&methods[0], &methods[1], &tiles, &CompareConfig::default())?;
         self.pair += u64::from(judgement.p <= ALPHA);
         self.image += u64::from(judgement.image.p_single <= ALPHA);
         if let Some(t) = judgement.tiles {
@@ -207,18 +208,17 @@ impl Alarms {
 }
 
 /// The e-process over the image, looked at after every replicate.
-fn sequential(arms: &[Arm]) -> Result<Decision, StatsError> {
+fn sequential(methods: &[Method]) -> Result<Decision, StatsError> {
     let config = SequentialConfig { alpha: ALPHA, mdb_limit: 0.0, ..SequentialConfig::default() };
     let mut test = Sequential::new(&[Cell::image()], config)?;
     let common = |o: &Observation| -> f64 {
-        let both = o
-            .classes
-            .iter()
-            .filter(|(class, _)| arms.iter().all(|arm| class.families.intersects(arm.families)));
+        let both = o.classes.iter().filter(|(class, _)| {
+            methods.iter().all(|method| class.families.intersects(method.families))
+        });
         both.map(|(_, c)| c.mean).sum()
     };
     let mut decision = Decision::Continue;
-    for (a, b) in arms[0].replicates.iter().zip(&arms[1].replicates) {
+    for (a, b) in methods[0].replicates.iter().zip(&methods[1].replicates) {
         decision = test.push(&[common(a)], &[common(b)])?;
         if decision == Decision::Differ {
             break;

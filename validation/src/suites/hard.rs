@@ -16,7 +16,7 @@ use pathspace_scenes::{SceneFileError, library};
 use super::exact;
 use super::run::{Options, Progress, SuiteError, Team};
 use crate::exact::{ExactLength, ExactScene};
-use crate::pairs::{Arm, Judgement, Tiles, judge};
+use crate::pairs::{Judgement, Method, Tiles, judge};
 use crate::scene_builder::{SceneBuilder, smooth_sphere};
 use crate::stats::{CompareConfig, Rule, StatsError, Verdict};
 use crate::validate::{
@@ -210,7 +210,7 @@ fn compare(
     let mut verdict = Verdict::Inconclusive;
     let mut test = Confirmed::new(level, config.rounds().0)?;
     let rejected = test.run(config, |round, factor, at| {
-        let mut arms = Vec::new();
+        let mut methods = Vec::new();
         for (place, scene) in scenes.into_iter().enumerate() {
             let seed = derive_seed(derive_seed(own, round), place as u64);
             let range = 0..config.replicates as u64;
@@ -221,11 +221,11 @@ fn compare(
             }
             let name = ["here", "there"][place].to_owned();
             let families = integrator.families(scene);
-            arms.push(Arm { name, families, replicates: batch.observations });
+            methods.push(Method { name, families, replicates: batch.observations });
         }
         let rule = Rule { alpha: at, ..Rule::default() };
         let compare = CompareConfig { rule, ..CompareConfig::default() };
-        let judgement = judge(&arms[0], &arms[1], &tiles, &compare)?;
+        let judgement = judge(&methods[0], &methods[1], &tiles, &compare)?;
         verdict = judgement.verdict;
         check.mdb = judgement.mdb.is_finite().then_some(judgement.mdb);
         check.cells = cells(&judgement);

@@ -26,13 +26,13 @@ pub struct Config {
     /// Most tiles along a side of the image.
     pub tiles: usize,
     /// How a verdict is reached.
-    pub method: Method,
+    pub stopping: StoppingRule,
 }
 
 /// How a verdict is reached while more replicates may follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Method {
+pub enum StoppingRule {
     /// Rounds of Gandy and Scott (2020): what looks suspicious is rendered again with fresh seeds, and only what fails again differs.
     Rounds {
         /// Most rounds.
@@ -62,7 +62,7 @@ impl Default for Config {
             mdb: 0.01,
             hopeless: None,
             tiles: 16,
-            method: Method::Rounds { most: 4, growth: 2 },
+            stopping: StoppingRule::Rounds { most: 4, growth: 2 },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Verdicts that are never left to one round.
 
-use super::config::{Config, Method};
+use super::config::{Config, StoppingRule};
 use super::report::RoundReport;
 use crate::stats::{GandyScott, Round, StatsError};
 
@@ -53,11 +53,11 @@ impl Confirmed {
 }
 
 impl Config {
-    /// Most rounds and their growth; those of [`Method::Rounds`] for checks where the method is another one.
+    /// Most rounds and their growth; those of [`StoppingRule::Rounds`] for checks where another one is asked for.
     pub(crate) fn rounds(&self) -> (u32, u32) {
-        match self.method {
-            Method::Rounds { most, growth } => (most, growth),
-            Method::Sequential { .. } => (4, 2),
+        match self.stopping {
+            StoppingRule::Rounds { most, growth } => (most, growth),
+            StoppingRule::Sequential { .. } => (4, 2),
         }
     }
 }

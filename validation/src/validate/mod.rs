@@ -12,9 +12,9 @@
 //! fresh seeds and twice the samples, up to four times. *Differ* is said after two rounds at least, never after one.
 //! A bias of the size MDB (p ≈ 2·10⁻⁷ in the first round) is found in this way with a probability over 0.9.
 
-mod arms;
 mod config;
 mod confirm;
+mod methods;
 mod page;
 mod pairs;
 mod render;
@@ -22,10 +22,10 @@ mod report;
 mod sequential;
 mod text;
 
-pub use config::{Config, Method};
+pub use config::{Config, StoppingRule};
 pub use report::{
-    ArmReport, ArmState, Check, CheckCell, CheckOutcome, Failure, PairReport, Report, RoundReport,
-    SceneReport,
+    Check, CheckCell, CheckOutcome, Failure, MethodReport, MethodState, PairReport, Report,
+    RoundReport, SceneReport,
 };
 
 pub(crate) use confirm::Confirmed;

@@ -3,7 +3,7 @@
 use minijinja::Error;
 use serde::Serialize;
 
-use super::report::{ArmState, Check, CheckOutcome, PairReport, Report, SceneReport};
+use super::report::{Check, CheckOutcome, MethodState, PairReport, Report, SceneReport};
 use crate::page::{p_value, percent, render};
 use crate::pairs::TileMap;
 use crate::stats::{Verdict, p_histogram};
@@ -187,7 +187,8 @@ fn mark(verdict: Verdict) -> &'static str {
 }
 
 fn scene_view(index: usize, scene: &SceneReport) -> SceneView<'_> {
-    let arms: Vec<_> = scene.integrators.iter().filter(|a| a.state == ArmState::Rendered).collect();
+    let methods: Vec<_> =
+        scene.integrators.iter().filter(|a| a.state == MethodState::Rendered).collect();
     let id = format!("scene-{index}");
     let find = |a: &str, b: &str| {
         let of =
@@ -206,9 +207,9 @@ fn scene_view(index: usize, scene: &SceneReport) -> SceneView<'_> {
             }
         }
     };
-    let rows = arms.iter().map(|row| Row {
+    let rows = methods.iter().map(|row| Row {
         name: row.integrator.clone(),
-        cells: arms.iter().map(|column| cell(&row.integrator, &column.integrator)).collect(),
+        cells: methods.iter().map(|column| cell(&row.integrator, &column.integrator)).collect(),
     });
     let pairs = scene.pairs.iter().enumerate().map(|(n, pair)| PairView {
         pair,

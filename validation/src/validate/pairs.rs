@@ -7,9 +7,9 @@ use std::time::Instant;
 use pathspace_core::Scene;
 use pathspace_core::integrator::Integrator;
 
-use super::arms::Contender;
-use super::config::{Config, Method};
+use super::config::{Config, StoppingRule};
 use super::confirm::Confirmed;
+use super::methods::Contender;
 use super::report::{PairReport, SceneReport};
 use super::{seed_of, sequential};
 use crate::pairs::{Judgement, Tiles, judge, tile_maps};
@@ -54,11 +54,11 @@ pub(crate) fn compare_on(
     let mut contenders = Contender::all(scene, integrators, &tiles, config, pairing, seed);
     let chosen = pairing.pairs(contenders.len());
     let setting = Setting { name, scene, chosen: &chosen, tiles: &tiles, config };
-    let judged = match config.method {
-        Method::Rounds { most, growth } => {
+    let judged = match config.stopping {
+        StoppingRule::Rounds { most, growth } => {
             rounds(&setting, &mut contenders, (level, most, growth), watch)
         }
-        Method::Sequential { batch, most } => {
+        StoppingRule::Sequential { batch, most } => {
             let limits = sequential::Limits { level, batch, most };
             sequential::run(&setting, &mut contenders, limits, watch)
         }
@@ -80,7 +80,7 @@ pub(crate) fn compare_on(
 
 /// A pair whose verdict is being found.
 struct Trial {
-    arms: (usize, usize),
+    methods: (usize, usize),
     test: Confirmed,
     open: bool,
     report: Option<PairReport>,
@@ -104,23 +104,30 @@ fn rounds(
 ) -> Result<Option<Vec<PairReport>>, StatsError> {
     let Setting { name, scene, chosen, tiles, config } = *setting;
     let mut trials = Vec::new();
-    for &arms in chosen {
-        trials.push(Trial { arms, test: Confirmed::new(level, most)?, open: true, report: None });
+    for &methods in chosen {
+        trials.push(Trial {
+            methods,
+            test: Confirmed::new(level, most)?,
+            open: true,
+            report: None,
+        });
     }
     for round in 0..most {
         let factor = if round == 0 { 1 } else { u64::from(growth) };
         for (index, contender) in contenders.iter_mut().enumerate() {
-            let needed = trials.iter().any(|t| t.open && (t.arms.0 == index || t.arms.1 == index));
+            let needed =
+                trials.iter().any(|t| t.open && (t.methods.0 == index || t.methods.1 == index));
             if !(needed && contender.is_well()) {
                 continue;
             }
-            if watch(&format!("{name}: round {}, {}", round + 1, contender.arm.name)).is_break() {
+            if watch(&format!("{name}: round {}, {}", round + 1, contender.method.name)).is_break()
+            {
                 return Ok(None);
             }
             contender.render(scene, tiles, round.into(), config.replicates, factor);
         }
         for trial in trials.iter_mut().filter(|t| t.open) {
-            let (a, b) = (&contenders[trial.arms.0], &contenders[trial.arms.1]);
+            let (a, b) = (&contenders[trial.methods.0], &contenders[trial.methods.1]);
             trial.open = a.is_well() && b.is_well() && trial.judge(a, b, tiles)?;
         }
     }
@@ -139,15 +146,15 @@ impl Trial {
         let level = self.test.level();
         let rule = Rule { alpha: level, ..Rule::default() };
         let compare = CompareConfig { rule, ..CompareConfig::default() };
-        let last = judge(&a.arm, &b.arm, tiles, &compare)?;
-        let round = self.test.observe(last.p, a.arm.replicates.len())?;
+        let last = judge(&a.method, &b.method, tiles, &compare)?;
+        let round = self.test.observe(last.p, a.method.replicates.len())?;
         let outcome = match (round, last.verdict) {
             (Round::Reject, _) => Verdict::Differ,
             (_, Verdict::Agree) => Verdict::Agree,
             (_, Verdict::Differ | Verdict::Inconclusive) => Verdict::Inconclusive,
         };
         let maps = if outcome == Verdict::Differ {
-            tile_maps(&a.arm, &b.arm, tiles, &suspicious(&last))?
+            tile_maps(&a.method, &b.method, tiles, &suspicious(&last))?
         } else {
             Vec::new()
         };

@@ -41,7 +41,7 @@ pub struct SceneReport {
     /// Columns and rows of the film.
     pub size: [u32; 2],
     /// The integrators.
-    pub integrators: Vec<ArmReport>,
+    pub integrators: Vec<MethodReport>,
     /// Every pair of those that render the scene.
     pub pairs: Vec<PairReport>,
     /// Why nothing could be rendered, if so.
@@ -52,11 +52,11 @@ pub struct SceneReport {
 
 /// How an integrator fared on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ArmReport {
+pub struct MethodReport {
     /// Its spec.
     pub integrator: String,
     /// Whether it rendered.
-    pub state: ArmState,
+    pub state: MethodState,
     /// Why not, where it did not.
     pub reason: Option<String>,
     /// Replicates in the first round.
@@ -74,7 +74,7 @@ pub struct ArmReport {
 /// Whether an integrator rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum ArmState {
+pub enum MethodState {
     /// It did.
     Rendered,
     /// The scene is not for it; no mistake.
@@ -100,7 +100,7 @@ pub struct PairReport {
 /// One round of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RoundReport {
-    /// Family-wise p-value; of the e-process so far where the method is sequential.
+    /// Family-wise p-value; of the e-process so far where the stopping rule is sequential.
     pub p: f64,
     /// Level at or below which the round rejects.
     pub level: f64,
@@ -265,15 +265,15 @@ impl Report {
     /// Every integrator that refused a scene, with the reason.
     pub fn skips(&self) -> Vec<(&str, &str, &str)> {
         let refused = |s: &'_ SceneReport| -> Vec<usize> {
-            let arms = s.integrators.iter().enumerate();
-            arms.filter(|(_, a)| a.state == ArmState::Refused).map(|(i, _)| i).collect()
+            let methods = s.integrators.iter().enumerate();
+            methods.filter(|(_, a)| a.state == MethodState::Refused).map(|(i, _)| i).collect()
         };
         let mut skips = Vec::new();
         for scene in &self.scenes {
             for i in refused(scene) {
-                let arm = &scene.integrators[i];
-                let reason = arm.reason.as_deref().unwrap_or("");
-                skips.push((scene.scene.as_str(), arm.integrator.as_str(), reason));
+                let method = &scene.integrators[i];
+                let reason = method.reason.as_deref().unwrap_or("");
+                skips.push((scene.scene.as_str(), method.integrator.as_str(), reason));
             }
         }
         for check in self.checks.iter().filter(|c| c.outcome == CheckOutcome::Skipped) {
@@ -300,9 +300,9 @@ impl Report {
         if let Some(error) = &scene.error {
             failures.push(self.failure(&scene.scene, Vec::new(), error.clone()));
         }
-        for arm in scene.integrators.iter().filter(|a| a.state == ArmState::Failed) {
-            let message = arm.reason.clone().unwrap_or_default();
-            failures.push(self.failure(&scene.scene, vec![arm.integrator.clone()], message));
+        for method in scene.integrators.iter().filter(|a| a.state == MethodState::Failed) {
+            let message = method.reason.clone().unwrap_or_default();
+            failures.push(self.failure(&scene.scene, vec![method.integrator.clone()], message));
         }
         for pair in scene.pairs.iter().filter(|p| p.outcome == Verdict::Differ) {
             let last = &pair.last;

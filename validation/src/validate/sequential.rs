@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
-use super::arms::Contender;
 use super::config::Config;
+use super::methods::Contender;
 use super::pairs::{Setting, suspicious};
 use super::report::{PairReport, RoundReport};
-use crate::pairs::{Arm, Observation, PathClass, Tiles, judge, tile_maps, well_sampled};
+use crate::pairs::{Method, Observation, PathClass, Tiles, judge, tile_maps, well_sampled};
 use crate::stats::{
     Cell, CompareConfig, Decision, Rule, Sequential, SequentialConfig, StatsError, Verdict,
 };
@@ -24,7 +24,7 @@ pub(super) struct Limits {
 
 /// A pair under observation.
 struct Watched {
-    arms: (usize, usize),
+    methods: (usize, usize),
     /// Path classes whose sum is tested: those of which the first batch, which is not tested, saw enough on both sides.
     classes: BTreeSet<PathClass>,
     test: Sequential,
@@ -49,7 +49,7 @@ pub(super) fn run(
         let more = done..(done + batch as u64).min(most + batch as u64);
         for (index, contender) in contenders.iter_mut().enumerate() {
             let open = |w: &Watched| {
-                (w.arms.0 == index || w.arms.1 == index) && w.decision == Decision::Continue
+                (w.methods.0 == index || w.methods.1 == index) && w.decision == Decision::Continue
             };
             if !(contender.is_well() && (done == 0 || pairs.iter().any(open))) {
                 continue;
@@ -58,7 +58,7 @@ pub(super) fn run(
                 "{name}: replicates {} to {}, {}",
                 more.start + 1,
                 more.end,
-                contender.arm.name
+                contender.method.name
             );
             if watch(&what).is_break() {
                 return Ok(None);
@@ -69,7 +69,8 @@ pub(super) fn run(
             pairs = begin(contenders, chosen, config, &limits, batch)?;
         } else {
             for pair in pairs.iter_mut().filter(|w| w.decision == Decision::Continue) {
-                let (a, b) = (&contenders[pair.arms.0].arm, &contenders[pair.arms.1].arm);
+                let (a, b) =
+                    (&contenders[pair.methods.0].method, &contenders[pair.methods.1].method);
                 pair.push(a, b)?;
             }
         }
@@ -80,9 +81,9 @@ pub(super) fn run(
     }
     let mut reports = Vec::new();
     for pair in &pairs {
-        let (a, b) = (&contenders[pair.arms.0], &contenders[pair.arms.1]);
+        let (a, b) = (&contenders[pair.methods.0], &contenders[pair.methods.1]);
         if a.is_well() && b.is_well() {
-            reports.push(pair.report(&a.arm, &b.arm, tiles, &limits)?);
+            reports.push(pair.report(&a.method, &b.method, tiles, &limits)?);
         }
     }
     Ok(Some(reports))
@@ -101,7 +102,7 @@ fn begin(
         if !(a.is_well() && b.is_well()) {
             continue;
         }
-        let classes = well_sampled(&a.arm, &b.arm, &Rule::default())?;
+        let classes = well_sampled(&a.method, &b.method, &Rule::default())?;
         let lengths: BTreeSet<u16> = classes.iter().map(|c| c.length).collect();
         let mut cells = vec![Cell::image()];
         cells.extend(lengths.iter().map(|k| Cell::length(u32::from(*k))));
@@ -112,13 +113,13 @@ fn begin(
         };
         let test = Sequential::new(&cells, sequential)?;
         let decision = Decision::Continue;
-        pairs.push(Watched { arms: (i, j), classes, test, decision, pushed: batch });
+        pairs.push(Watched { methods: (i, j), classes, test, decision, pushed: batch });
     }
     Ok(pairs)
 }
 
 impl Watched {
-    fn push(&mut self, a: &Arm, b: &Arm) -> Result<(), StatsError> {
+    fn push(&mut self, a: &Method, b: &Method) -> Result<(), StatsError> {
         let n = a.replicates.len().min(b.replicates.len());
         for r in self.pushed..n {
             let (x, y) = (self.row(&a.replicates[r]), self.row(&b.replicates[r]));
@@ -144,8 +145,8 @@ impl Watched {
 
     fn report(
         &self,
-        a: &Arm,
-        b: &Arm,
+        a: &Method,
+        b: &Method,
         tiles: &Tiles,
         limits: &Limits,
     ) -> Result<PairReport, StatsError> {

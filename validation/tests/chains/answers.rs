@@ -59,8 +59,8 @@ fn agree(specs: &[&str], count: u64, steps: u32) {
     let reference = replicates(&scene, "bdpt", 1, 128, 60);
     let mut results = Vec::new();
     for (i, spec) in specs.iter().enumerate() {
-        let arm = replicates(&scene, spec, 100 + i as u64, count, steps);
-        for (cell, (a, b)) in arm.iter().zip(&reference).enumerate() {
+        let method = replicates(&scene, spec, 100 + i as u64, count, steps);
+        for (cell, (a, b)) in method.iter().zip(&reference).enumerate() {
             let t = welch(a, b).unwrap();
             println!(
                 "{spec}, cell {cell}: {:.5} against {:.5}, p {:.1e}, mdb {:.2} %",
@@ -110,14 +110,14 @@ fn brightness_does_not_depend_on_mutations_chains_or_bootstrap() {
             let separator = if base.contains(':') { ',' } else { ':' };
             format!("{base}{separator}chains={chains},bootstrap={bootstrap}")
         };
-        let arms = [
+        let methods = [
             total(&with(64, 8000), seed, 10),
             total(&with(64, 8000), seed + 1, 80),
             total(&with(1, 8000), seed + 2, 40),
             total(&with(2000, 2000), seed + 3, 20),
         ];
-        for other in &arms[1..] {
-            let t = welch(&arms[0], other).unwrap();
+        for other in &methods[1..] {
+            let t = welch(&methods[0], other).unwrap();
             println!(
                 "{base}: {:.5} against {:.5}, p {:.1e}, mdb {:.3}",
                 t.mean_a, t.mean_b, t.p, t.mdb

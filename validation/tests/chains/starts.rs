@@ -69,8 +69,8 @@ fn pairs_of_subpaths_have_the_integral_of_single_techniques() {
         let middle = scene.film().crop.width as f32 / 2.0;
         let cell = |k: u16, film: Vec2| 2 * usize::from(k) + usize::from(film.x > middle);
         let mut sums = [[[0.0; 2]; 12]; 2];
-        let mut add = |arm: usize, row: [f64; 12]| {
-            for (sum, x) in sums[arm].iter_mut().zip(row) {
+        let mut add = |method: usize, row: [f64; 12]| {
+            for (sum, x) in sums[method].iter_mut().zip(row) {
                 sum[0] += x;
                 sum[1] += x * x;
             }

@@ -11,9 +11,9 @@ report.curves = (() => {
   const dash = (name) => DASHES[Math.floor(seriesIndex(name) / 8) % DASHES.length];
 
   // The points of an integrator that can stand on logarithmic axes, from left to right.
-  const curve = (arm, x, y) => {
+  const curve = (method, x, y) => {
     const points = [];
-    for (const p of arm.points) {
+    for (const p of method.points) {
       const at = positive(p[x]);
       const value = positive(y === 'mse' ? p.mse.value : p[y]);
       if (at === null || value === null) continue;
@@ -66,12 +66,12 @@ report.curves = (() => {
     const axis = { stroke: ink, grid, ticks: grid, font: '12px system-ui, sans-serif', labelFont: '600 12px system-ui, sans-serif', splits, filter: (u, v) => v, values: (u, v) => v.map(ticks) };
     const series = [{}];
     const bands = [];
-    for (const arm of shown) {
-      const stroke = colour(seriesColour(arm.integrator));
-      const line = { stroke, width: 2, spanGaps: true, dash: dash(arm.integrator), points: { show: true, size: 7, fill: stroke } };
+    for (const method of shown) {
+      const stroke = colour(seriesColour(method.integrator));
+      const line = { stroke, width: 2, spanGaps: true, dash: dash(method.integrator), points: { show: true, size: 7, fill: stroke } };
       const edge = { stroke: 'transparent', width: 0, spanGaps: true, points: { show: false } };
       const n = series.length;
-      series.push({ ...line, label: arm.integrator }, edge, edge);
+      series.push({ ...line, label: method.integrator }, edge, edge);
       bands.push({ series: [n + 2, n + 1], fill: stroke.replace('rgb(', 'rgba(').replace(')', ', 0.16)') });
     }
     const all = curves.flat();
@@ -123,9 +123,9 @@ report.curves = (() => {
     ctx.font = `600 ${12 * d}px system-ui, sans-serif`;
     ctx.textBaseline = 'middle';
     const taken = [];
-    shown.forEach((arm, i) => {
+    shown.forEach((method, i) => {
       const points = curves[i];
-      ctx.strokeStyle = colour(seriesColour(arm.integrator));
+      ctx.strokeStyle = colour(seriesColour(method.integrator));
       ctx.fillStyle = ctx.strokeStyle;
       ctx.lineWidth = 1.5 * d;
       for (const p of points) {
@@ -138,7 +138,7 @@ report.curves = (() => {
       }
       const last = points.at(-1);
       if (!last) return;
-      const wide = ctx.measureText(arm.integrator).width;
+      const wide = ctx.measureText(method.integrator).width;
       const x = Math.min(u.valToPos(last.at, 'x', true) + 9 * d, ctx.canvas.width - wide - 2 * d);
       let y = u.valToPos(last.value, 'y', true);
       while (taken.some((t) => Math.abs(t.y - y) < 14 * d && x < t.x + t.wide && t.x < x + wide)) y -= 14 * d;
@@ -147,30 +147,30 @@ report.curves = (() => {
       ctx.lineWidth = 4 * d;
       ctx.save();
       ctx.strokeStyle = colour('var(--surface)');
-      ctx.strokeText(arm.integrator, x, y);
+      ctx.strokeText(method.integrator, x, y);
       ctx.restore();
-      ctx.fillText(arm.integrator, x, y);
+      ctx.fillText(method.integrator, x, y);
     });
     ctx.restore();
   };
 
   const describe = (shown, curves, x, y) => {
-    const parts = shown.flatMap((arm, i) => {
+    const parts = shown.flatMap((method, i) => {
       const last = curves[i].at(-1);
-      return last ? [`${arm.integrator}: ${Y[y]} ${figure(last.value)} at ${figure(last.at)} ${X[x]}`] : [];
+      return last ? [`${method.integrator}: ${Y[y]} ${figure(last.value)} at ${figure(last.at)} ${X[x]}`] : [];
     });
     return parts.length ? `${Y[y]} against ${X[x]}, logarithmic. ${parts.join('; ')}.` : 'No point can be shown.';
   };
 
   const mount = (element, scene) => {
     const named = report.id('curves');
-    const available = Object.entries(Y).filter(([y]) => y === 'mse' || scene.arms.some((a) => a.points.some((p) => positive(p[y]))));
+    const available = Object.entries(Y).filter(([y]) => y === 'mse' || scene.methods.some((a) => a.points.some((p) => positive(p[y]))));
     const axes = make('div', { class: 'controls' },
       select('Error', available, state.y, (v) => { state.y = v; tell('curves'); }),
       select('Against', Object.entries(X), state.x, (v) => { state.x = v; tell('curves'); }));
     const choices = make('div', { class: 'choices' });
-    for (const arm of scene.arms) {
-      const name = arm.integrator;
+    for (const method of scene.methods) {
+      const name = method.integrator;
       const box = make('input', {
         type: 'checkbox', 'data-toggle': name, onchange: (e) => {
           if (e.target.checked) state.visible.add(name);
@@ -213,7 +213,7 @@ report.curves = (() => {
       const [error, against] = axes.querySelectorAll('select');
       if (available.every(([y]) => y !== state.y)) state.y = 'mse';
       [error.value, against.value] = [state.y, state.x];
-      const shown = scene.arms.filter((a) => state.visible.has(a.integrator));
+      const shown = scene.methods.filter((a) => state.visible.has(a.integrator));
       const curves = shown.map((a) => curve(a, state.x, state.y));
       points = shown.flatMap((a, i) => curves[i].map((p) => ({ ...p, name: a.integrator }))).sort((a, b) => a.at - b.at);
       const xs = [...new Set(points.map((p) => p.at))];

@@ -6,14 +6,14 @@ report.pictures = (() => {
   const none = (text) => make('p', { class: 'none' }, text);
 
   const convergence = (element, scene, images) => {
-    const arms = scene.arms.map((arm, i) => ({ arm, ...images.arms[i] })).filter((a) => a.frames.length);
-    if (!arms.length) {
+    const methods = scene.methods.map((method, i) => ({ method, ...images.methods[i] })).filter((a) => a.frames.length);
+    if (!methods.length) {
       element.append(none('No frames were kept.'));
       return;
     }
-    const count = Math.max(...arms.map((a) => a.frames.length));
+    const count = Math.max(...methods.map((a) => a.frames.length));
     const grid = make('div', { class: 'frames' });
-    const cells = arms.map((a) => {
+    const cells = methods.map((a) => {
       const caption = make('figcaption');
       const holder = make('div');
       grid.append(make('figure', {}, holder, caption));
@@ -29,14 +29,14 @@ report.pictures = (() => {
       for (const c of cells) {
         const list = errors && c.errors.length ? c.errors : c.frames;
         const at = Math.min(step, list.length - 1);
-        const p = c.arm.points[at];
+        const p = c.method.points[at];
         const budget = p ? `${figure(p.budget.value)} ${p.budget.kind === 'seconds' ? 's' : 'spp'}` : `frame ${at + 1}`;
         label ||= budget;
         const what = errors ? 'relative error' : 'image';
-        const img = picture(list[at], `${what} of ${c.arm.integrator} after ${budget}`);
+        const img = picture(list[at], `${what} of ${c.method.integrator} after ${budget}`);
         c.holder.replaceChildren(img);
-        c.caption.replaceChildren(make('span', { class: 'swatch', style: `--swatch:${seriesColour(c.arm.integrator)}` }),
-          make('b', {}, c.arm.integrator), p ? ` ${figure(p.seconds)} s, MSE ${figure(p.mse.value)}` : '');
+        c.caption.replaceChildren(make('span', { class: 'swatch', style: `--swatch:${seriesColour(c.method.integrator)}` }),
+          make('b', {}, c.method.integrator), p ? ` ${figure(p.seconds)} s, MSE ${figure(p.mse.value)}` : '');
       }
       now.textContent = label;
       slider.setAttribute('aria-valuetext', label);
@@ -81,15 +81,15 @@ report.pictures = (() => {
 
   const paths = (element, scene, images) => {
     const has = (a) => a.lengths.length || a.techniques;
-    const options = scene.arms.map((a, i) => [String(i), a.integrator]).filter(([i]) => has(images.arms[i]));
+    const options = scene.methods.map((a, i) => [String(i), a.integrator]).filter(([i]) => has(images.methods[i]));
     if (!options.length) {
       element.append(none('No pictures by path length or technique were kept.'));
       return;
     }
     const body = make('div', { class: 'paths' });
     const draw = (i) => {
-      const { lengths, techniques } = images.arms[i];
-      const name = scene.arms[i].integrator;
+      const { lengths, techniques } = images.methods[i];
+      const name = scene.methods[i].integrator;
       const parts = [];
       if (lengths.length) {
         parts.push(make('h4', {}, 'By path length'), make('div', { class: 'strip', tabindex: 0, role: 'region', 'aria-label': `Path lengths of ${name}` },
@@ -106,7 +106,7 @@ report.pictures = (() => {
       body.replaceChildren(...parts);
     };
     // The one with the richest techniques first: its sheet packs worst.
-    const size = ([i]) => (images.arms[i].techniques ? document.getElementById(`blob-${images.arms[i].techniques.blob}`).textContent.length : 0);
+    const size = ([i]) => (images.methods[i].techniques ? document.getElementById(`blob-${images.methods[i].techniques.blob}`).textContent.length : 0);
     const first = options.reduce((best, option) => (size(option) > size(best) ? option : best));
     element.append(make('div', { class: 'controls' }, select('Integrator', options, first[0], draw)), body);
     draw(first[0]);

@@ -30,7 +30,7 @@ report.viewer = (() => {
   };
 
   const mount = async (element, scene, images) => {
-    const entries = scene.arms.map((arm, i) => ({ key: arm.integrator, label: arm.integrator, packed: images.arms[i].mean, arm })).filter((e) => e.packed);
+    const entries = scene.methods.map((method, i) => ({ key: method.integrator, label: method.integrator, packed: images.methods[i].mean, method })).filter((e) => e.packed);
     if (images.reference) entries.push({ key: REFERENCE, label: 'reference', packed: images.reference });
     if (!entries.length) {
       element.append(make('p', { class: 'none' }, 'There are no images.'));
@@ -83,7 +83,7 @@ report.viewer = (() => {
     const cells = entries.map((entry) => {
       const small = make('canvas', { role: 'img', 'aria-label': `${entry.label}, same window` });
       const press = make('button', { type: 'button', 'aria-label': `Show ${entry.label} on the left`, onclick: () => { state.left = entry.key; tell('view'); } }, small);
-      const error = entry.arm?.points.at(-1)?.relmse;
+      const error = entry.method?.points.at(-1)?.relmse;
       tiles.append(make('figure', {}, press, make('figcaption', {}, make('b', {}, entry.label), Number.isFinite(error) ? ` relMSE ${figure(error)}` : '')));
       return { entry, small, own: make('canvas') };
     });

@@ -46,9 +46,9 @@ pub fn ln_densities(scene: &Scene, vcm: &Vcm, eta: f64, path: &Path) -> Vec<(Way
         assert!(same, "({s}, {}): {ln} and {core:?}", technique.t);
     }
     for i in 1..k {
-        let spreads = !path.is_specular(i);
+        let non_specular = !path.is_specular(i);
         let ln = eta.ln() + product(&light[..=i]) + product(&sensor[i..]);
-        if vcm.merge && spreads && ln.is_finite() {
+        if vcm.merge && non_specular && ln.is_finite() {
             ways.push((Way::Merge { i }, ln));
         }
     }

@@ -15,13 +15,13 @@ pub(super) struct Ends {
     /// A connection may end at the last kept vertex of the sensor side.
     sensor: bool,
     /// Some emitter can be hit.
-    emitters_spread: bool,
+    non_delta_emitters: bool,
     pinhole: bool,
 }
 
 impl Ends {
     /// The ends of `x` where `kept` stays. Of two paths that share their kept parts it is the same.
-    pub(super) fn new(scene: &Scene, x: &MltPath, kept: Kept, emitters_spread: bool) -> Self {
+    pub(super) fn new(scene: &Scene, x: &MltPath, kept: Kept, non_delta_emitters: bool) -> Self {
         let n = x.length() + 1;
         let Kept { light, sensor } = kept;
         // By what the surface can do: the event there is chosen anew.
@@ -32,7 +32,7 @@ impl Ends {
             kept,
             light: light <= 1 || connectible(light - 1, -x.edge(light - 2).direction()),
             sensor: sensor <= 1 || connectible(n - sensor, x.edge(n - sensor).direction()),
-            emitters_spread,
+            non_delta_emitters,
             // The last vertex is the sensor's in every path.
             pinhole: x.is_specular(n - 1),
         }
@@ -47,7 +47,7 @@ impl Ends {
         }
         // Only a new vertex can end on the lens.
         let light_end = match s {
-            0 => self.emitters_spread,
+            0 => self.non_delta_emitters,
             _ if s == light => self.light && t > 0,
             _ => true,
         };

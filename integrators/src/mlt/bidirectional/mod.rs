@@ -20,7 +20,7 @@ use super::path::MltPath;
 #[derive(Clone, Debug)]
 pub struct Bidirectional {
     max_length: usize,
-    emitters_spread: bool,
+    non_delta_emitters: bool,
 }
 
 impl Bidirectional {
@@ -28,7 +28,7 @@ impl Bidirectional {
     pub fn new(scene: &Scene, max_length: Option<u32>) -> Self {
         Bidirectional {
             max_length: max_length.map_or(usize::MAX, |k| k as usize),
-            emitters_spread: scene.emitters().list().iter().any(|e| !e.is_delta()),
+            non_delta_emitters: scene.emitters().list().iter().any(|e| !e.is_delta()),
         }
     }
 }
@@ -44,7 +44,7 @@ impl Mutator for Bidirectional {
 
     fn propose(&self, scene: &Scene, x: &MltPath, u: &mut RandomStream) -> Option<Candidate> {
         let kept = Deletion::new(x).sample(x, u.next())?;
-        let ends = Ends::new(scene, x, kept, self.emitters_spread);
+        let ends = Ends::new(scene, x, kept, self.non_delta_emitters);
         let deleted = kept.replaced(x)?;
         let added = Addition::new(&ends, deleted, self.max_length).sample(u.next())?;
         let count = ends.splits(added).count();
@@ -57,7 +57,7 @@ impl Mutator for Bidirectional {
     fn ln_transition(&self, scene: &Scene, x: &MltPath, y: &MltPath, kept: Kept) -> Option<f64> {
         let (deleted, added) = (kept.replaced(x)?, kept.replaced(y)?);
         let deletion = Deletion::new(x).mass(x, kept);
-        let ends = Ends::new(scene, x, kept, self.emitters_spread);
+        let ends = Ends::new(scene, x, kept, self.non_delta_emitters);
         let addition = Addition::new(&ends, deleted, self.max_length).mass(added);
         let mass = deletion * addition;
         if !(mass > 0.0) {

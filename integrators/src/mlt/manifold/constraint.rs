@@ -9,7 +9,7 @@ use pathspace_core::scene::SurfacePoint;
 
 use super::linear::Matrix;
 
-/// C = 0 for a chain of delta vertices between two ends (Jakob and Marschner 2012, §4.1): per vertex the projection of
+/// C = 0 for a chain of specular vertices between two ends (Jakob and Marschner 2012, §4.1): per vertex the projection of
 /// n_c ω_c + n_l ω_l on the shading plane.
 pub(super) struct Constraints {
     /// C₁ … C_n, two numbers each.
@@ -123,7 +123,7 @@ impl Constraints {
     }
 }
 
-/// ln of the density of delta vertices that obey the constraints, relative to their delta functions: ln |det ∂C/∂x|. `None` at a fold
+/// ln of the density of specular vertices that obey the constraints, relative to their delta functions: ln |det ∂C/∂x|. `None` at a fold
 /// of the caustic.
 pub(super) fn ln_chain_density(
     scene: &Scene,

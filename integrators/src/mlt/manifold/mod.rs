@@ -1,6 +1,6 @@
 //! The manifold perturbation (Jakob and Marschner 2012, "Manifold Exploration"): suffixes (D|L) S⁺ D S* E.
 //!
-//! The film position moves and the walk goes to the first vertex x_b that spreads, as in the lens perturbation. From there the delta vertices
+//! The film position moves and the walk goes to the first non-specular vertex x_b, as in the lens perturbation. From there the specular vertices
 //! x_{b−1} … x_{c+1} are found again that lead to x_c, which stays: a Newton walk on the manifold of paths that obey the laws of
 //! reflection and refraction. So light from the smallest of sources stays in a chain through glass and mirrors.
 //!
@@ -10,9 +10,9 @@
 //! | the walk | `newton` |
 //! | linear equations | `linear` |
 //!
-//! The walk makes the delta vertices out of x_b and x_c without any choice. The delta function of a vertex is δ²(C_i), C_i the projection of the generalised
+//! The walk makes the specular vertices out of x_b and x_c without any choice. The delta function of a vertex is δ²(C_i), C_i the projection of the generalised
 //! half vector n_c ω_c + n_l ω_l on the shading plane, the same as for every other density (n² dσ⊥ is the area of that projection).
-//! So the density of the delta vertices is |det ∂(C_{b−1} … C_{c+1})/∂(x_{b−1} … x_{c+1})|, relative to those delta functions.
+//! So the density of the specular vertices is |det ∂(C_{b−1} … C_{c+1})/∂(x_{b−1} … x_{c+1})|, relative to those delta functions.
 
 mod constraint;
 mod linear;
@@ -29,7 +29,7 @@ use super::mutator::{Candidate, Kept, Mutator};
 use super::path::MltPath;
 use super::perturb::{Plan, SensorSide, Sizes, same_kind};
 
-/// Longest chain of delta vertices that is walked.
+/// Longest chain of specular vertices that is walked.
 const MAX_CHAIN: usize = 8;
 
 /// Chains found on the way there and on the way back are one where their vertices differ by less than this part of the
@@ -40,10 +40,10 @@ const SAME: f64 = 2e-3;
 #[derive(Clone, Debug)]
 pub struct Manifold(SensorSide);
 
-/// Where the chain of delta vertices lies.
+/// Where the chain of specular vertices lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Chain {
-    /// x_b spreads and is moved.
+    /// x_b is non-specular and is moved.
     b: usize,
     /// x_c stays.
     c: usize,
@@ -94,7 +94,7 @@ impl Manifold {
         Manifold(SensorSide::new(scene, sizes))
     }
 
-    /// The delta vertices that the walk from those of `x` finds where x_b is at `b`.
+    /// The specular vertices that the walk from those of `x` finds where x_b is at `b`.
     fn find(
         scene: &Scene,
         x: &MltPath,

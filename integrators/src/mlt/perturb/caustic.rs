@@ -1,6 +1,6 @@
 //! The caustic perturbation (Veach 1997, §11.4.3.2): suffixes (D|L) S⁺ D E.
 //!
-//! The direction at the vertex before the delta vertices moves, the walk follows them to the vertex that spreads, and the sensor's vertex
+//! The direction at the vertex before the specular vertices moves, the walk follows them to the non-specular vertex, and the sensor's vertex
 //! is connected to it. It moves caustics as the lens perturbation moves what is seen.
 
 use pathspace_core::Scene;

@@ -1,7 +1,7 @@
-//! Perturbations that start at the sensor: the lens perturbation and, where a vertex that spreads sees the rest of the path by delta
+//! Perturbations that start at the sensor: the lens perturbation and, where a non-specular vertex sees the rest of the path by specular
 //! vertices only, the multi-chain perturbation (Veach 1997, §11.4.3.1 and §11.4.3.3).
 //!
-//! The film position moves, the walk follows the delta vertices of the path to the first vertex that spreads. If the next one can be connected
+//! The film position moves, the walk follows the specular vertices of the path to the first non-specular vertex. If the next one can be connected
 //! to, the rest of the path stays. Else the direction there is perturbed as well, and so on; a chain that leads to the emitter itself must
 //! hit an emitter again.
 
@@ -29,7 +29,7 @@ pub(in crate::mlt) struct Plan {
 }
 
 impl Plan {
-    /// `None` where no walk from the sensor can end: a delta vertex in front of a light that can not be hit.
+    /// `None` where no walk from the sensor can end: a specular vertex in front of a light that can not be hit.
     fn of(x: &MltPath) -> Option<Plan> {
         let mut turns = 0;
         let mut i = x.length() - 1;
@@ -174,8 +174,8 @@ impl SensorSide {
 #[derive(Clone, Debug)]
 pub struct Lens(SensorSide);
 
-/// The multi-chain perturbation: suffixes (D|L) (D S⁺)⁺ … E, with a perturbed direction at every vertex that spreads but sees the next one
-/// by delta vertices only (Veach 1997, §11.4.3.3).
+/// The multi-chain perturbation: suffixes (D|L) (D S⁺)⁺ … E, with a perturbed direction at every non-specular vertex that sees the next one
+/// by specular vertices only (Veach 1997, §11.4.3.3).
 #[derive(Clone, Debug)]
 pub struct MultiChain(SensorSide);
 

@@ -5,13 +5,13 @@ use pathspace_validation::stats::{
     Estimate, StatsError, efficiency, mean_interval, replicate_slope,
 };
 
-use super::{Arm, Scene, Yardstick, average, no_pictures};
+use super::{Method, ReferenceHalves, Scene, average, no_pictures};
 use crate::budget::Budget;
 use crate::comparison::IntegratorSummary;
 use crate::experiment::Cell;
 use crate::metrics::{Errors, Reached, errors, flip, time_to_error};
 use crate::output::exposure;
-use crate::results::{ArmResults, BudgetKind, Point, PointBudget, TimeToError};
+use crate::results::{BudgetKind, MethodResults, Point, PointBudget, TimeToError};
 
 /// Replicates that FLIP is averaged over: it is slow, and a picture's figure.
 const FLIPPED: usize = 4;
@@ -26,9 +26,9 @@ pub(super) fn analyse(
     scene: &Scene<'_>,
     index: usize,
     target: Option<f64>,
-) -> Result<Arm, StatsError> {
+) -> Result<Method, StatsError> {
     let (name, contestant) = &scene.setup.contestants[index];
-    let yardstick = Yardstick::of(scene, scene.families(index), Families::ALL);
+    let reference = ReferenceHalves::of(scene, scene.families(index), Families::ALL);
     let pixels = scene.setup.pixels();
     let largest = scene.cells_of(index);
     let mean = mean_image(&largest, pixels);
@@ -36,14 +36,14 @@ pub(super) fn analyse(
     for budget in &scene.plan.budgets {
         let cells = scene.plan.cells(scene.store, scene.setup, name, *budget);
         if cells.len() >= 2 {
-            measured.push(measure(scene, *budget, &cells, &yardstick, &mean)?);
+            measured.push(measure(scene, *budget, &cells, &reference, &mean)?);
         }
     }
     let last = &measured[measured.len() - 1].point;
     let costs: Vec<f64> =
         last.per_replicate_mse.iter().zip(&largest).map(|(e, c)| e * c.seconds).collect();
     let summary = summarise(name, last, &largest, &mean);
-    let results = ArmResults {
+    let results = MethodResults {
         integrator: name.clone(),
         external: contestant.is_external(),
         slope: slope(&measured),
@@ -56,20 +56,20 @@ pub(super) fn analyse(
         points: measured.into_iter().map(|m| m.point).collect(),
     };
     let nonfinite_example = largest.into_iter().find_map(|c| c.nonfinite_example);
-    Ok(Arm { results, summary, nonfinite_example })
+    Ok(Method { results, summary, nonfinite_example })
 }
 
 fn measure(
     scene: &Scene<'_>,
     budget: Budget,
     cells: &[Cell],
-    yardstick: &Yardstick,
+    reference: &ReferenceHalves,
     mean: &[f32],
 ) -> Result<Measured, StatsError> {
     let images: Vec<Vec<f32>> =
         cells.iter().map(|c| c.image(Families::ALL, scene.setup.pixels())).collect();
     let views: Vec<&[f32]> = images.iter().map(Vec::as_slice).collect();
-    let found = errors(&views, yardstick.against())?;
+    let found = errors(&views, reference.against())?;
     let (kind, value) = match budget {
         Budget::Samples(n) => (BudgetKind::Spp, n as f64),
         Budget::Seconds(s) => (BudgetKind::Seconds, s),
@@ -85,7 +85,7 @@ fn measure(
         mse: found.interval,
         relmse: found.relmse(),
         relmse_trimmed: found.trimmed,
-        flip: mean_flip(scene, &views, yardstick, mean),
+        flip: mean_flip(scene, &views, reference, mean),
         firefly_index: found.mse.firefly_index,
         nonfinite: cells.iter().map(|c| c.nonfinite).sum(),
         per_replicate_mse: found.mse.per_replicate.clone(),
@@ -98,13 +98,13 @@ fn measure(
 fn mean_flip(
     scene: &Scene<'_>,
     images: &[&[f32]],
-    yardstick: &Yardstick,
+    reference: &ReferenceHalves,
     mean: &[f32],
 ) -> Option<f64> {
     let middle = |[a, b]: &[Vec<f32>; 2]| -> Vec<f32> {
         a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect()
     };
-    let reference = yardstick.0.as_ref().map_or_else(|| mean.to_vec(), middle);
+    let reference = reference.0.as_ref().map_or_else(|| mean.to_vec(), middle);
     let (pixels, _) = reference.as_chunks::<3>();
     let light = exposure(&pixels.iter().map(|p| p.map(f64::from)).collect::<Vec<_>>());
     let crop = scene.setup.scene.film().crop;

@@ -9,9 +9,9 @@ use pathspace_core::random::derive_seed;
 use super::config::Config;
 use super::pairs::Pairing;
 use super::render::{self, Batch};
-use super::report::{ArmReport, ArmState};
+use super::report::{MethodReport, MethodState};
 use super::seed_of;
-use crate::pairs::{Arm, Tiles, unique_name};
+use crate::pairs::{Method, Tiles, unique_name};
 
 /// Stream of the pilot; rounds have the numbers from 0.
 const PILOT: u64 = u64::MAX;
@@ -20,10 +20,10 @@ const PILOT: u64 = u64::MAX;
 pub(super) struct Contender<'a> {
     integrator: &'a dyn Integrator,
     seed: u64,
-    pub(super) arm: Arm,
+    pub(super) method: Method,
     /// Steps of a replicate in the first round.
     steps: u64,
-    pub(super) report: ArmReport,
+    pub(super) report: MethodReport,
 }
 
 impl<'a> Contender<'a> {
@@ -38,15 +38,15 @@ impl<'a> Contender<'a> {
     ) -> Vec<Self> {
         let mut all: Vec<Contender<'a>> = Vec::new();
         for &integrator in integrators {
-            let name = unique_name(integrator.spec(), |n| all.iter().any(|c| c.arm.name == n));
+            let name = unique_name(integrator.spec(), |n| all.iter().any(|c| c.method.name == n));
             let mut contender = Contender {
                 integrator,
                 seed: seed_of(seed, &name),
-                arm: Arm::new(name.clone(), integrator.families(scene)),
+                method: Method::new(name.clone(), integrator.families(scene)),
                 steps: config.samples,
-                report: ArmReport {
+                report: MethodReport {
                     integrator: name,
-                    state: ArmState::Rendered,
+                    state: MethodState::Rendered,
                     reason: None,
                     replicates: 0,
                     samples: 0,
@@ -75,7 +75,7 @@ impl<'a> Contender<'a> {
 
     /// True where it may be compared.
     pub(super) fn is_well(&self) -> bool {
-        self.report.state == ArmState::Rendered
+        self.report.state == MethodState::Rendered
     }
 
     /// Renders the replicates of a round in place of those before it, `factor` times as long as in the first.
@@ -87,7 +87,7 @@ impl<'a> Contender<'a> {
         replicates: usize,
         factor: u64,
     ) {
-        self.arm.replicates.clear();
+        self.method.replicates.clear();
         self.add(scene, tiles, round, 0..replicates as u64, factor);
     }
 
@@ -105,16 +105,16 @@ impl<'a> Contender<'a> {
         match render::replicates(scene, self.integrator, tiles, own, range, steps) {
             Ok(batch) => {
                 self.account(&batch);
-                self.arm.replicates.extend(batch.observations);
-                if self.arm.ignores_its_seed() {
-                    self.report.state = ArmState::Failed;
-                    let n = self.arm.replicates.len();
+                self.method.replicates.extend(batch.observations);
+                if self.method.ignores_its_seed() {
+                    self.report.state = MethodState::Failed;
+                    let n = self.method.replicates.len();
                     self.report.reason = Some(format!(
                         "{n} replicates of different seeds are the same to the bit: the seed is not used"
                     ));
                 }
                 if round == 0 {
-                    self.report.replicates = self.arm.replicates.len();
+                    self.report.replicates = self.method.replicates.len();
                     self.report.mean = self.mean();
                 }
             }
@@ -124,15 +124,15 @@ impl<'a> Contender<'a> {
 
     fn mean(&self) -> Option<f64> {
         let image = |o: &crate::pairs::Observation| o.classes.values().map(|c| c.mean).sum::<f64>();
-        let n = self.arm.replicates.len();
-        (n > 0).then(|| self.arm.replicates.iter().map(image).sum::<f64>() / n as f64)
+        let n = self.method.replicates.len();
+        (n > 0).then(|| self.method.replicates.iter().map(image).sum::<f64>() / n as f64)
     }
 
     fn account(&mut self, batch: &Batch) {
         self.report.rays += batch.total_rays();
         self.report.nonfinite += batch.nonfinite;
         if batch.nonfinite > 0 {
-            self.report.state = ArmState::Failed;
+            self.report.state = MethodState::Failed;
             if self.report.reason.is_none() {
                 let first = batch.first_nonfinite.as_deref().unwrap_or("");
                 self.report.reason =
@@ -143,8 +143,8 @@ impl<'a> Contender<'a> {
 
     fn fail(&mut self, error: &IntegratorError) {
         self.report.state = match error {
-            IntegratorError::Refused { .. } => ArmState::Refused,
-            _ => ArmState::Failed,
+            IntegratorError::Refused { .. } => MethodState::Refused,
+            _ => MethodState::Failed,
         };
         self.report.reason = Some(match error {
             IntegratorError::Refused { reason, .. } => reason.clone(),
