@@ -40,6 +40,14 @@ pub enum SceneError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A value of a medium is out of range.
+    #[error("medium '{medium}': {problem}")]
+    Medium {
+        /// Name of the medium.
+        medium: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The tree could not be built.
     #[error("geometry: {0}")]
     Geometry(String),

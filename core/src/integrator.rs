@@ -34,11 +34,20 @@ pub trait Integrator: Send + Sync {
     /// Families of techniques that it uses on this scene: which paths it can see.
     fn families(&self, scene: &Scene) -> Families;
 
+    /// Whether it renders scenes with participating media. Others are refused such a scene when they start, so that no image is silently wrong.
+    fn sees_media(&self) -> bool {
+        false
+    }
+
     /// Begins a run: goes on from the state before the first step. Two runs with different seeds are independent replicates.
     ///
     /// # Errors
     /// Where the scene is not for this integrator (a radiosity solver and a mirror).
     fn start(&self, scene: Arc<Scene>, seed: u64) -> Result<Box<dyn Run>, IntegratorError> {
+        if scene.has_media() && !self.sees_media() {
+            let reason = "it has participating media, which this integrator can not do".to_owned();
+            return Err(IntegratorError::Refused { integrator: self.name().to_owned(), reason });
+        }
         self.resume(scene, seed, &State::default())
     }
 

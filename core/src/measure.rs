@@ -9,7 +9,8 @@
 //!
 //! A vertex at infinity (environment, directional light) is a direction. Its own measure is solid
 //! angle (or counting, for a directional light); where the code speaks of the *area* density of such a vertex
-//! it means this measure, so that products over the vertices of a path read the same everywhere.
+//! it means this measure, so that products over the vertices of a path read the same everywhere. So it is with a point in a medium, whose measure is
+//! volume: with D = 1 in place of |cos θ| the conversions of [`Edge`] are the right ones.
 //!
 //! Mixing measures does not compile:
 //!
@@ -90,6 +91,13 @@ impl<M: Measure> Density<M> {
     #[inline]
     pub const fn value(self) -> f64 {
         self.value
+    }
+
+    /// The density times that of an independent step per unit of nothing, or of the length that the measure gains: a free flight.
+    #[inline]
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Density::new(self.value * factor)
     }
 
     /// True where the density is 0.
@@ -188,7 +196,7 @@ pub enum End {
         /// Geometric normal, unit length.
         n: Vec3,
     },
-    /// A point without a surface (point light, pinhole): its cosine counts as 1.
+    /// A point without a surface (point light, pinhole, medium): its cosine counts as 1.
     Point {
         /// Position.
         p: Vec3,

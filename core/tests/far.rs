@@ -32,6 +32,7 @@ fn plate(eye: DVec3, offset: DVec3, emitters: Vec<EmitterDescription>) -> SceneD
         emitters,
         sensor,
         film: FilmDescription::new(64, 64),
+        ..SceneDescription::default()
     }
 }
 

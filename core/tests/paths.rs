@@ -94,6 +94,7 @@ fn scene(aperture_radius: f64) -> Scene {
             ..SensorDescription::default()
         },
         film: FilmDescription::new(16, 16),
+        ..SceneDescription::default()
     })
     .unwrap()
 }

@@ -13,7 +13,6 @@ use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::measure::Edge;
 use pathspace_core::path::{Vertex, WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
 use pathspace_core::walk::{OpenEdge, emission_numbers, scatter};
@@ -58,6 +57,10 @@ impl Integrator for LightTracer {
         Families::T1
     }
 
+    fn sees_media(&self) -> bool {
+        true
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,
@@ -100,29 +103,27 @@ impl PathEstimator for LightTracer {
         }
         // G/p(x₁|x₀) = |cos θ₀|/p_σ, or 1/p_⊥ for a beam.
         let throughput = emission.throughput();
-        let mut edge = OpenEdge { ray: emission.ray, throughput, next: emission.next };
+        let mut edge = OpenEdge::new(emission.ray, throughput, emission.next);
         let mut before = emission.vertex;
         for index in 1.. {
             if edge.throughput.is_black() || !self.rules.allows(index + 1) {
                 return;
             }
-            let Some(point) = scene.intersect(&edge.ray) else { return };
-            let (vertex, from) = (Vertex::Surface(point), -edge.ray.d);
-            trace.push::<S>(
-                || vertex,
-                || edge.next.to_area(&Edge::new(&before.end(), &vertex.end())).value(),
-            );
+            let Some(vertex) = edge.travel(scene, &before, u) else { return };
+            let from = -edge.ray.d;
+            trace.push::<S>(|| vertex, || edge.pdf_of_end(scene, &before.end(), &vertex).value());
             let lens = lens_numbers(scene, u);
-            if scene.is_connectible(&point, from) {
+            if scene.connects_at(&vertex, from) {
                 let mut class = class;
                 class.push(true);
                 film.connect(&trace, &vertex, (index + 1, lens), families(class), |d| {
-                    scene.scatter(&point, from, d) * edge.throughput
+                    scene.scatter_at(&vertex, from, d) * edge.throughput
                 });
             }
             let plays = index >= self.rules.rr_depth as usize;
-            let Some((next, event)) = scatter(scene, &point, from, edge.throughput, mode, plays, u)
-                .map(|(next, sample)| (next, sample.event))
+            let Some((next, event)) =
+                scatter(scene, &vertex, from, edge.throughput, mode, plays, u)
+                    .map(|(next, sample)| (next, sample.event))
             else {
                 return;
             };
@@ -173,7 +174,10 @@ impl<S: Sink> ToFilm<'_, S> {
         let into_scene = -edge.direction();
         let Some(film) = sensor.film_position(p, into_scene) else { return };
         let factor = edge.geometry_term() * sensor.importance(into_scene) / pdf.value();
-        let value = scattered(edge.direction()) * factor as f32;
+        let mut value = scattered(edge.direction()) * factor as f32;
+        if scene.has_media() && !value.is_black() {
+            value *= scene.transmittance(vertex, &on_lens);
+        }
         if value.is_black() || !scene.visible(vertex, &on_lens) {
             return;
         }

@@ -15,9 +15,9 @@ use pathspace_core::film::{Contribution, Families, Sink};
 use pathspace_core::integrator::{
     Integrator, IntegratorError, MonteCarlo, PathEstimator, Run, State,
 };
-use pathspace_core::measure::{Edge, End, Mass};
+use pathspace_core::measure::Mass;
 use pathspace_core::mis::Heuristic;
-use pathspace_core::path::{Vertex, WalkClass, WalkRules};
+use pathspace_core::path::{WalkClass, WalkRules};
 use pathspace_core::random::{PrimarySample, Stream};
 use pathspace_core::scene::NextDensity;
 use pathspace_core::walk::{OpenEdge, next_event_numbers, scatter};
@@ -85,6 +85,10 @@ impl Integrator for PathTracer {
         Families::S0 | Families::S1.when(self.nee)
     }
 
+    fn sees_media(&self) -> bool {
+        true
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,
@@ -111,12 +115,12 @@ impl PathEstimator for PathTracer {
         let on_lens = if sensor.is_pinhole() { [0.0; 2] } else { u.next2() };
         let sample = sensor.sample(pixel, on_film, on_lens);
         let first = NextDensity::Direction(sensor.pdf_direction(sample.ray.d));
-        let mut edge = OpenEdge { ray: sample.ray, throughput: Rgb::WHITE, next: first };
+        let mut edge = OpenEdge::new(sample.ray, Rgb::WHITE, first);
         let mut trace = Trace::default();
         trace.push::<S>(|| sample.vertex, || sensor.pdf_vertex().value());
         // The events so far; where the edge starts, as next-event estimation sees it; whether that could have made the same path.
         let mut class = WalkClass::default();
-        let mut before = End::Point { p: sample.ray.o };
+        let mut before = sample.vertex;
         let mut two_techniques = false;
         let contribution = |value: Rgb, weight: f64, s, length, emitter, class: &WalkClass| {
             let origin = emitters.get(emitter).into();
@@ -131,17 +135,17 @@ impl PathEstimator for PathTracer {
         };
         for length in 1.. {
             // s = 0: the edge ends on an emitter, or leaves the scene for the environment.
-            let hit = scene.intersect(&edge.ray);
-            let (x0, radiance) = match &hit {
-                Some(point) => (Some(Vertex::Surface(*point)), scene.emitted(point, -edge.ray.d)),
+            let end = edge.travel(scene, &before, u);
+            let (x0, radiance) = match &end {
+                Some(vertex) => (end, scene.emitted_from(vertex, -edge.ray.d)),
                 None => scene.background(edge.ray.d),
             };
             if let Some(x0) = x0.filter(|_| !radiance.is_black())
                 && let Some(emitter) = x0.emitter()
             {
-                let hit_pdf = edge.next.to_area(&Edge::new(&before, &x0.end())).value();
-                let weight = match before {
-                    End::Point { p } if two_techniques => {
+                let hit_pdf = edge.pdf_of_end(scene, &before.end(), &x0).value();
+                let weight = match before.position() {
+                    Some(p) if two_techniques => {
                         self.heuristic.weight2(hit_pdf, scene.pdf_direct(p, &x0).value())
                     }
                     _ => 1.0,
@@ -150,37 +154,41 @@ impl PathEstimator for PathTracer {
                 let c = contribution(value, weight, 0, length, emitter, &class);
                 trace.emit(sink, c, true, || (x0, hit_pdf));
             }
-            let Some(point) = hit else { return };
+            let Some(vertex) = end else { return };
             if !self.rules.allows(length + 1) {
                 return;
             }
             let from = -edge.ray.d;
-            trace.push::<S>(
-                || Vertex::Surface(point),
-                || edge.next.to_area(&Edge::new(&before, &point.end())).value(),
-            );
+            trace.push::<S>(|| vertex, || edge.pdf_of_end(scene, &before.end(), &vertex).value());
             let plays = length >= self.rules.rr_depth as usize;
             // s = 1: x₀ is sampled on an emitter and connected. Numbers are drawn whether or not they are used, so that each keeps its meaning.
             if self.nee {
                 u.stream(Stream::Connection);
                 let (pick, on_emitter) = next_event_numbers(u);
                 u.stream(Stream::Sensor);
-                if scene.is_connectible(&point, from)
-                    && let Some(direct) = scene.sample_direct(point.p, pick, on_emitter)
+                if scene.connects_at(&vertex, from)
+                    && let Some(p) = vertex.position()
+                    && let Some(direct) = scene.sample_direct(p, pick, on_emitter)
                 {
-                    let to_x0 = Edge::new(&point.end(), &direct.vertex.end());
-                    if let Some(f) = scene.evaluate_scatter(&point, from, to_x0.direction(), mode) {
-                        let value = edge.throughput
+                    let to_x0 = vertex.edge_to(&direct.vertex);
+                    if let Some(f) = scene.evaluate_at(&vertex, from, to_x0.direction(), mode) {
+                        let through = scene.transmittance(&vertex, &direct.vertex);
+                        let mut value = edge.throughput
                             * f.value
                             * direct.radiance
                             * (to_x0.geometry_term() / direct.pdf.value()) as f32;
-                        let vertex = Vertex::Surface(point);
+                        if scene.has_media() {
+                            value *= through;
+                        }
                         if !value.is_black() && scene.visible(&vertex, &direct.vertex) {
                             let q = if plays { f.survival } else { Mass::ONE };
                             let weight = if emitters.get(direct.emitter).is_delta() {
                                 1.0
                             } else {
-                                let hit_pdf = to_x0.to_area(f.pdf * q).value();
+                                let mut hit_pdf = to_x0.to_area(f.pdf * q).value();
+                                if scene.has_media() {
+                                    hit_pdf *= scene.flight_density(&direct.vertex, through);
+                                }
                                 self.heuristic.weight2(direct.pdf.value(), hit_pdf)
                             };
                             let mut class = class;
@@ -192,8 +200,9 @@ impl PathEstimator for PathTracer {
                 }
             }
             // The next edge. Roulette is part of its density: the weights know it.
-            let Some((next, event)) = scatter(scene, &point, from, edge.throughput, mode, plays, u)
-                .map(|(next, sample)| (next, sample.event))
+            let Some((next, event)) =
+                scatter(scene, &vertex, from, edge.throughput, mode, plays, u)
+                    .map(|(next, sample)| (next, sample.event))
             else {
                 return;
             };
@@ -203,7 +212,7 @@ impl PathEstimator for PathTracer {
             trace.scatter::<S>(event);
             class.push(!event.is_specular());
             two_techniques = self.nee && !event.is_specular();
-            before = End::Point { p: point.p };
+            before = vertex;
             edge = next;
         }
     }

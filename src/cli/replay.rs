@@ -145,6 +145,10 @@ fn describe(scene: &Scene, vertex: &Vertex, event: Event) -> (String, String) {
             let delta = if event.is_specular() { ", specular" } else { "" };
             (format!("{name}{light}{delta}"), vector(point.n_g.as_dvec3()))
         }
+        Vertex::Medium(point) => {
+            let name = scene.medium(point.medium).map_or("", |m| m.name());
+            (format!("in {name}"), String::new())
+        }
         Vertex::PointEmitter { emitter, .. } => (format!("emitter {emitter}"), String::new()),
         Vertex::InfiniteEmitter { emitter, .. } => {
             (format!("emitter {emitter}, at infinity"), String::new())

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use pathspace_core::Rgb;
 use pathspace_core::description::{
-    EmitterDescription, FilmDescription, MaterialDescription, MaterialKind, MeshData,
-    SceneDescription, SensorDescription, ShapeDescription, ShapeGeometry,
+    BoundaryDescription, EmitterDescription, FilmDescription, MaterialDescription, MaterialKind,
+    MediumDescription, MediumKind, MeshData, PhaseKind, SceneDescription, SensorDescription,
+    ShapeDescription, ShapeGeometry,
 };
 
 /// A [`SceneDescription`] under construction. Methods that add a shape give it back for further
@@ -134,6 +135,26 @@ impl SceneBuilder {
     /// Adds a mesh in world space.
     pub fn mesh(&mut self, mesh: MeshData, material: usize) -> &mut ShapeDescription {
         self.shape(ShapeGeometry::Mesh(Arc::new(mesh)), DAffine3::IDENTITY, material)
+    }
+
+    /// Adds a homogeneous medium and gives its index; `extinction` per unit of length.
+    pub fn medium(&mut self, extinction: [f64; 3], albedo: Rgb, phase: PhaseKind) -> usize {
+        let media = &mut self.description.media.media;
+        let kind = MediumKind::Homogeneous { extinction, albedo };
+        media.push(MediumDescription { name: format!("medium {}", media.len()), kind, phase });
+        media.len() - 1
+    }
+
+    /// Fills the last shape with a medium.
+    pub fn filled_with(&mut self, medium: usize) {
+        let shape = self.description.shapes.len() - 1;
+        let boundary = BoundaryDescription { shape, interior: Some(medium), exterior: None };
+        self.description.media.boundaries.push(boundary);
+    }
+
+    /// Says that the sensor stands in a medium.
+    pub fn sensor_in(&mut self, medium: usize) {
+        self.description.media.sensor = Some(medium);
     }
 
     /// Adds an emitter that is no surface.

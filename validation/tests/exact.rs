@@ -139,3 +139,13 @@ fn light_subpaths_that_hit_the_lens_give_the_exact_answer_of_their_length() {
     assert_eq!(cells.len(), 3);
     judge(&cells, 0.02);
 }
+
+#[test]
+fn media_give_the_exact_answers() {
+    measure_all(exact::media::all(), "pt", 51, 0.03);
+    measure_all(exact::media::all(), "bdpt", 52, 0.03);
+    // Connections of points near a sensor that stands in a medium have no finite variance.
+    let mut outside = exact::media::all();
+    outside.retain(|scene| scene.description.media.sensor.is_none());
+    measure_all(outside, "lt", 53, 0.12);
+}

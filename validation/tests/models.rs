@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 use pathspace_core::description::{
-    EmitterDescription, MaterialKind, MicrofacetKind, SceneDescription, ShapeGeometry,
+    EmitterDescription, MaterialKind, MicrofacetKind, PhaseKind, SceneDescription, ShapeGeometry,
 };
 use pathspace_core::{Rgb, Scene};
 use pathspace_validation::scene_builder::{SceneBuilder, smooth_sphere};
@@ -209,8 +209,56 @@ pub fn glazed_air() -> SceneDescription {
     b.finish()
 }
 
+/// A room full of coloured fog, a glass ball of another medium in it, a box of thin fog with an index-matched boundary.
+pub fn foggy_room() -> SceneDescription {
+    let mut b = SceneBuilder::new(32);
+    room(&mut b);
+    let phase = PhaseKind::HenyeyGreenstein { g: 0.4 };
+    let fog = b.medium([0.5, 0.7, 0.4], Rgb::new(0.9, 0.8, 0.95), phase);
+    let blend = PhaseKind::Blend {
+        weight: 0.3,
+        pair: Box::new([PhaseKind::Isotropic, PhaseKind::Rayleigh]),
+    };
+    let milk = b.medium([3.0, 2.0, 4.0], Rgb::new(0.95, 0.9, 0.8), blend);
+    let (glass, matched, black) = (b.glass(1.4), b.material(MaterialKind::Null), b.diffuse(0.0));
+    let grey = b.diffuse(0.5);
+    b.sphere(v(0.45, -0.2, -0.5), 0.4, glass);
+    b.filled_with(milk);
+    // Wider than the room but for its front, where the sensor stands outside.
+    b.shape(ShapeGeometry::Cube, DAffine3::from_scale(v(1.2, 1.2, 1.2)), matched);
+    b.filled_with(fog);
+    let shapes = &mut b.description().media.boundaries;
+    shapes[0].exterior = Some(fog);
+    b.sphere(v(-0.5, 0.2, -0.6), 0.3, grey);
+    b.rectangle(v(-0.4, -0.4, 0.98), v(0.0, 0.8, 0.0), v(0.8, 0.0, 0.0), black).emission =
+        Some(Rgb::new(5.0, 4.0, 3.0));
+    b.look_at(v(0.0, -2.8, 0.0), v(0.0, 0.0, 0.0), DVec3::Z, 40.0);
+    b.finish()
+}
+
+/// A lamp, a point light and a lens in thick fog without end, with a mirror.
+pub fn fog_through_a_lens() -> SceneDescription {
+    let mut b = SceneBuilder::new(32);
+    let fog = b.medium([0.3; 3], Rgb::grey(0.8), PhaseKind::Isotropic);
+    let (mirror, grey, black) = (b.material(mirror()), b.diffuse(0.6), b.diffuse(0.0));
+    b.rectangle(v(-1.5, -1.5, -1.0), v(3.0, 0.0, 0.0), v(0.0, 3.0, 0.0), grey);
+    b.sphere(v(0.5, 0.3, -0.4), 0.5, mirror);
+    b.sphere(v(-0.5, 0.2, 0.5), 0.2, black).emission = Some(Rgb::grey(6.0));
+    b.emitter(EmitterDescription::Point {
+        position: v(0.3, -0.5, 0.8),
+        intensity: Rgb::new(1.0, 0.8, 0.6),
+    });
+    let sensor = b.look_at(v(0.0, -2.5, 0.3), v(0.0, 0.0, 0.0), DVec3::Z, 45.0);
+    sensor.aperture_radius = 0.2;
+    sensor.focus_distance = 2.5;
+    b.sensor_in(fog);
+    b.finish()
+}
+
 pub fn all() -> Vec<(&'static str, Scene)> {
     [
+        ("foggy room", foggy_room()),
+        ("fog through a lens", fog_through_a_lens()),
         ("glazed room", glazed_room()),
         ("glazed caustic", glazed_caustic()),
         ("glazed air", glazed_air()),

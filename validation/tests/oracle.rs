@@ -124,6 +124,7 @@ fn rounding(scene: &Scene, method: &Method, record: &PathRecord, said: &Said) ->
                     s.frame =
                         Frame { s: turn * s.frame.s, t: turn * s.frame.t, n: turn * s.frame.n };
                 }
+                Vertex::Medium(m) => m.p = shake(m.p),
                 Vertex::InfiniteEmitter { to, .. } => *to = shake(*to).normalize(),
                 Vertex::PointEmitter { .. } | Vertex::Sensor { .. } => {}
             }

@@ -28,6 +28,79 @@ pub struct SceneDescription {
     pub sensor: SensorDescription,
     /// The film behind the sensor.
     pub film: FilmDescription,
+    /// Participating media and where they are; empty in most scenes.
+    pub media: MediaDescription,
+}
+
+/// Participating media and the surfaces that bound them.
+///
+/// A surface that bounds no medium has the same one on both sides. In a scene with media, surfaces of [`MaterialKind::Null`] are no vertices of
+/// paths: edges go through them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MediaDescription {
+    /// The media, referred to by index.
+    pub media: Vec<MediumDescription>,
+    /// The shapes that bound them.
+    pub boundaries: Vec<BoundaryDescription>,
+    /// The medium that the sensor stands in; `None` where it is not said, and boundaries tell.
+    pub sensor: Option<usize>,
+}
+
+/// A shape between two media.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoundaryDescription {
+    /// Index into [`SceneDescription::shapes`].
+    pub shape: usize,
+    /// The medium on the side away from the normal; `None` is empty space.
+    pub interior: Option<usize>,
+    /// The medium on the normal's side.
+    pub exterior: Option<usize>,
+}
+
+/// A medium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MediumDescription {
+    /// Name for messages.
+    pub name: String,
+    /// Absorption and scattering.
+    pub kind: MediumKind,
+    /// Where it scatters to.
+    pub phase: PhaseKind,
+}
+
+/// How much a medium absorbs and scatters.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MediumKind {
+    /// The same everywhere.
+    Homogeneous {
+        /// σ_t per unit of length of the scene, per channel.
+        extinction: [f64; 3],
+        /// σ_s/σ_t in \[0, 1\].
+        albedo: Rgb,
+    },
+}
+
+/// Phase functions; [`crate::medium::Phase`] has the formulas.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PhaseKind {
+    /// The same everywhere.
+    Isotropic,
+    /// Henyey and Greenstein.
+    HenyeyGreenstein {
+        /// Mean cosine in (−1, 1).
+        g: f64,
+    },
+    /// Particles far smaller than a wavelength.
+    Rayleigh,
+    /// A mixture of two.
+    Blend {
+        /// Share of the second in \[0, 1\].
+        weight: f64,
+        /// Both.
+        pair: Box<[PhaseKind; 2]>,
+    },
 }
 
 /// One surface.

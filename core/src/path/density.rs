@@ -106,6 +106,11 @@ pub fn ln_density(
     let v = &path.vertices;
     let k = path.length();
     let edges: Vec<Edge> = v.windows(2).map(|w| w[0].edge_to(&w[1])).collect();
+    // Density of the free flight along edge i that ends at x_j.
+    let flight = |i: usize, j: usize| {
+        let through = scene.transmittance(&v[i], &v[i + 1]);
+        if scene.has_media() { scene.flight_density(&v[j], through) } else { 1.0 }
+    };
     let mut ln = 0.0;
     let mut multiply = |p: f64| ln += p.ln();
 
@@ -116,14 +121,13 @@ pub fn ln_density(
         multiply(scene.pdf_emission_vertex(&v[0]).value());
     }
     if s >= 2 {
-        multiply(scene.pdf_emission_next(&v[0], &edges[0]).value());
+        multiply(scene.pdf_emission_next(&v[0], &edges[0]).value() * flight(0, 1));
     }
     for i in 1..s.saturating_sub(1) {
-        let point = v[i].surface()?;
         let (from, to) = (-edges[i - 1].direction(), edges[i].direction());
         let (pdf, q) =
-            scene.scatter_event(point, from, to, TransportMode::Importance, path.events[i])?;
-        multiply(edges[i].to_area(pdf).value());
+            scene.event_at(&v[i], from, to, TransportMode::Importance, path.events[i])?;
+        multiply(edges[i].to_area(pdf).value() * flight(i, i + 1));
         if i >= rules.rr_depth as usize {
             multiply(q.value());
         }
@@ -137,16 +141,14 @@ pub fn ln_density(
         let d = -edges[k - 1].direction();
         let Vertex::Sensor { p, .. } = v[k] else { return None };
         scene.sensor().film_position(p, d)?;
-        multiply(to_previous(v, k - 1, scene.sensor().pdf_direction(d)));
+        multiply(to_previous(v, k - 1, scene.sensor().pdf_direction(d)) * flight(k - 1, k - 1));
     }
     // Vertex j of the sensor subpath is x_{k−j}.
     for j in 1..t.saturating_sub(1) {
         let i = k - j;
-        let point = v[i].surface()?;
         let (from, to) = (edges[i].direction(), -edges[i - 1].direction());
-        let (pdf, q) =
-            scene.scatter_event(point, from, to, TransportMode::Radiance, path.events[i])?;
-        multiply(to_previous(v, i - 1, pdf));
+        let (pdf, q) = scene.event_at(&v[i], from, to, TransportMode::Radiance, path.events[i])?;
+        multiply(to_previous(v, i - 1, pdf) * flight(i - 1, i - 1));
         if j >= rules.rr_depth as usize {
             multiply(q.value());
         }

@@ -3,6 +3,7 @@
 //! I_j = ∫_Ω f_j(x̄) dμ(x̄), f(x̄) = L_e(x₀→x₁) G f̄_s G … G W_e(x_{k−1}→x_k) (Veach 1997, eq. 8.7). The functions here
 //! take a whole path and work in `f64`: slow, plain, and what every fast recursion is tested against.
 
+mod at_vertex;
 mod class;
 mod contribution;
 mod density;

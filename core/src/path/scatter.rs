@@ -305,6 +305,6 @@ fn specular_density(mass: Mass, law: SpecularLaw) -> Density<SolidAngle> {
 }
 
 #[inline]
-fn survival(uncompressed_weight: f32) -> Mass {
+pub(super) fn survival(uncompressed_weight: f32) -> Mass {
     Mass::new((uncompressed_weight as f64).clamp(0.0, MAX_SURVIVAL))
 }

@@ -8,12 +8,13 @@ use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use super::check::{check_environment, check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
 use super::warnings::Sizes;
-use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError};
+use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError, media_build};
 use crate::bsdf::{Bsdf, Textures};
 use crate::color::Rgb;
 use crate::description::*;
 use crate::emitter::{Emitter, Emitters, Environment};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
+use crate::medium::MediumIndex;
 use crate::sensor::Sensor;
 
 /// Scenes that were built so far.
@@ -39,18 +40,36 @@ impl Scene {
         let (normalisation, ball, start) = normalise(description)?;
         let sensor = Sensor::new(&description.sensor, &description.film, normalisation, start)?;
         let mut builder = Builder { normalisation, ball, ..Builder::default() };
+        let media = media_build::has_media(&description.media);
         for s in &description.shapes {
-            builder.add(s)?;
+            // Where there are media, edges go through index-matched surfaces: those have a tree of their own.
+            let passed = media && description.materials[s.material].kind == MaterialKind::Null;
+            if passed && s.emission.is_some() {
+                let problem = "emits and is index-matched: not both in a scene with media";
+                return Err(SceneError::Shape { shape: s.name.clone(), problem: problem.into() });
+            }
+            builder.add_to(passed, s)?;
         }
         builder.number_primitives();
         for (index, e) in description.emitters.iter().enumerate() {
             builder.add_emitter(index, e)?;
         }
-        let Builder { primitives, shapes, prim_shape, emitters, power, environment, .. } = builder;
+        let Builder { primitives, mut shapes, prim_shape, emitters, power, environment, .. } =
+            builder;
+        let [solid_shape, passed_shape] = prim_shape;
+        let [primitives, boundaries] = primitives;
         let sizes = Sizes::of(description, normalisation);
         sizes.check()?;
         let warnings = sizes.warnings(&sensor, &emitters, &ball);
-        let accel = Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()))?;
+        let tree =
+            |primitives| Accel::build(primitives).map_err(|e| SceneError::Geometry(e.to_string()));
+        let accel = tree(primitives)?;
+        let boundaries = match boundaries.len() {
+            0 => None,
+            _ => Some((tree(boundaries)?, passed_shape)),
+        };
+        let volumes =
+            media_build::build(description, normalisation.scale, &mut shapes, boundaries)?;
         let emitters = Emitters::new(emitters, &power, ball, environment)
             .ok_or_else(|| SceneError::Geometry("more than 2²⁴ emitters".into()))?;
         let textures: Vec<_> =
@@ -59,10 +78,10 @@ impl Scene {
             model.needs_tangent() || textures.as_ref().is_some_and(Textures::need_tangent)
         });
         let tangents = tangents.collect();
-        Ok(Scene {
+        let mut scene = Scene {
             accel,
             shapes,
-            prim_shape,
+            prim_shape: solid_shape,
             materials,
             textures,
             tangents,
@@ -72,7 +91,10 @@ impl Scene {
             film: description.film,
             normalisation,
             warnings,
-        })
+            volumes,
+        };
+        scene.settle_media(&description.media)?;
+        Ok(scene)
     }
 }
 
@@ -189,15 +211,23 @@ const CUBE_FACES: [[usize; 4]; 6] = [
 struct Builder {
     normalisation: Normalisation,
     ball: Ball,
-    primitives: Primitives,
+    /// Of surfaces that are vertices, and of those that edges go through.
+    primitives: [Primitives; 2],
+    /// Which of both the next shape adds to.
+    side: usize,
     shapes: Vec<Shape>,
-    prim_shape: Vec<u32>,
+    prim_shape: [Vec<u32>; 2],
     emitters: Vec<Emitter>,
     power: Vec<f64>,
     environment: Option<Environment>,
 }
 
 impl Builder {
+    fn add_to(&mut self, passed: bool, s: &ShapeDescription) -> Result<(), SceneError> {
+        self.side = usize::from(passed);
+        self.add(s)
+    }
+
     fn add(&mut self, s: &ShapeDescription) -> Result<(), SceneError> {
         let n = self.normalisation;
         // Own space → normalised scene in f64; only the result is rounded.
@@ -234,6 +264,9 @@ impl Builder {
             area,
             first,
             around: around(s),
+            media: [MediumIndex::NONE; 2],
+            bounds: false,
+            passed: self.side == 1,
         });
         Ok(())
     }
@@ -245,7 +278,7 @@ impl Builder {
         normal: DMat3,
         emits: bool,
     ) -> (u32, ShapeKind, f64) {
-        let first = self.primitives.triangles.len() as u32;
+        let first = self.primitives[self.side].triangles.len() as u32;
         let positions: Vec<Vec3> =
             mesh.positions.iter().map(|p| t.transform_point3(position(p)).as_vec3()).collect();
         let mut running = 0.0;
@@ -257,7 +290,7 @@ impl Builder {
             if emits {
                 cdf.push(running);
             }
-            self.primitives.triangles.push(v);
+            self.primitives[self.side].triangles.push(v);
         }
         for c in &mut cdf {
             *c /= running;
@@ -274,12 +307,12 @@ impl Builder {
     }
 
     fn quad(&mut self, c: [Vec3; 4]) {
-        self.primitives.triangles.push([c[0], c[1], c[2]]);
-        self.primitives.triangles.push([c[0], c[2], c[3]]);
+        self.primitives[self.side].triangles.push([c[0], c[1], c[2]]);
+        self.primitives[self.side].triangles.push([c[0], c[2], c[3]]);
     }
 
     fn rectangle(&mut self, t: &DAffine3) -> (u32, ShapeKind, f64) {
-        let first = self.primitives.triangles.len() as u32;
+        let first = self.primitives[self.side].triangles.len() as u32;
         let corner = |x, y| t.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
         self.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
         let (u, v) = (t.matrix3.x_axis, t.matrix3.y_axis);
@@ -289,7 +322,7 @@ impl Builder {
     }
 
     fn cube(&mut self, t: &DAffine3, normal: DMat3) -> (u32, ShapeKind, f64) {
-        let first = self.primitives.triangles.len() as u32;
+        let first = self.primitives[self.side].triangles.len() as u32;
         let corners: [Vec3; 8] =
             std::array::from_fn(|i| t.transform_point3(cube_corner(i)).as_vec3());
         let mut faces = Box::new([Face::default(); 6]);
@@ -315,8 +348,8 @@ impl Builder {
         // The tree intersects the rounded sphere: normals and area are those of the same one.
         let center = t.transform_point3(center).as_vec3();
         let radius = (radius * scale) as f32;
-        let first = self.primitives.spheres.len() as u32;
-        self.primitives.spheres.push(SpherePrim { center, radius });
+        let first = self.primitives[self.side].spheres.len() as u32;
+        self.primitives[self.side].spheres.push(SpherePrim { center, radius });
         let axes = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.normalize().as_vec3());
         let r = radius as f64;
         let kind = ShapeKind::Sphere { center: center.as_dvec3(), radius: r, axes };
@@ -324,9 +357,9 @@ impl Builder {
     }
 
     fn disk(&mut self, t: &DAffine3) -> (u32, ShapeKind, f64) {
-        let first = self.primitives.disks.len() as u32;
+        let first = self.primitives[self.side].disks.len() as u32;
         let (u, v) = (t.matrix3.x_axis.as_vec3(), t.matrix3.y_axis.as_vec3());
-        self.primitives.disks.push(DiskPrim { center: t.translation.as_vec3(), u, v });
+        self.primitives[self.side].disks.push(DiskPrim { center: t.translation.as_vec3(), u, v });
         let kind = ShapeKind::Disk { n: flat_normal(t), u, v };
         (first, kind, PI * t.matrix3.x_axis.cross(t.matrix3.y_axis).length())
     }
@@ -338,25 +371,36 @@ impl Builder {
         p1: DVec3,
         radius: f64,
     ) -> (u32, ShapeKind, f64) {
-        let first = self.primitives.cylinders.len() as u32;
+        let first = self.primitives[self.side].cylinders.len() as u32;
         // As with spheres, normals and area are those of the rounded cylinder.
         let prim = CylinderPrim {
             base: t.transform_point3(p0).as_vec3(),
             axis: t.transform_vector3(p1 - p0).as_vec3(),
             radius: (radius * cylinder_scale(&t.matrix3, p1 - p0)) as f32,
         };
-        self.primitives.cylinders.push(prim);
+        self.primitives[self.side].cylinders.push(prim);
         let area = 2.0 * PI * prim.radius as f64 * prim.axis.as_dvec3().length();
         (first, ShapeKind::Cylinder(Box::new(prim)), area)
     }
 
     /// Numbers primitives as the tree does: triangles, then spheres, disks, cylinders.
     fn number_primitives(&mut self) {
-        let triangles = self.primitives.triangles.len() as u32;
-        let spheres = self.primitives.spheres.len() as u32;
-        let disks = self.primitives.disks.len() as u32;
-        self.prim_shape = vec![0; self.primitives.len()];
+        for side in 0..2 {
+            self.number_primitives_of(side);
+        }
+    }
+
+    fn number_primitives_of(&mut self, side: usize) {
+        let primitives = &self.primitives[side];
+        let triangles = primitives.triangles.len() as u32;
+        let spheres = primitives.spheres.len() as u32;
+        let disks = primitives.disks.len() as u32;
+        let prim_shape = &mut self.prim_shape[side];
+        *prim_shape = vec![0; primitives.len()];
         for (index, shape) in self.shapes.iter_mut().enumerate() {
+            if usize::from(shape.passed) != side {
+                continue;
+            }
             let count = match &shape.kind {
                 ShapeKind::Mesh(mesh) => mesh.triangles.len() as u32,
                 ShapeKind::Rectangle { .. } => 2,
@@ -375,7 +419,7 @@ impl Builder {
                 }
             };
             let range = shape.first as usize..(shape.first + count) as usize;
-            self.prim_shape[range].fill(index as u32);
+            prim_shape[range].fill(index as u32);
         }
     }
 

@@ -154,7 +154,7 @@ impl Scene {
     /// Charts that cover every surface once, in the order of primitives within each shape. A primitive without area has none.
     pub fn charts(&self) -> Vec<Chart> {
         let mut charts = Vec::new();
-        for (index, shape) in self.shapes().iter().enumerate() {
+        for (index, shape) in self.shapes().iter().enumerate().filter(|(_, s)| !s.passed) {
             let mut add = |prim: u32, map: Map| {
                 let chart = Chart { shape: index as u32, prim, map };
                 if chart.area() > 0.0 {

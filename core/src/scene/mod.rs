@@ -6,6 +6,8 @@ mod check;
 mod curvature;
 mod inverse;
 mod light;
+mod media;
+mod media_build;
 mod shape;
 mod surface;
 mod tangents;
@@ -17,6 +19,7 @@ pub use crate::normalisation::{Ball, Normalisation};
 pub use crate::vertex::{NO_EMITTER, SurfacePoint};
 pub use chart::Chart;
 pub use light::{DirectSample, EmissionSample, NextDensity};
+pub use media::Flight;
 pub use shape::Shape;
 pub(crate) use shape::{AreaSample, ShapeKind};
 
@@ -44,6 +47,8 @@ pub struct Scene {
     film: FilmDescription,
     normalisation: Normalisation,
     warnings: Vec<String>,
+    /// None in most scenes, and then nothing is asked of it.
+    volumes: Option<Box<media::Volumes>>,
 }
 
 impl Scene {

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::geometry::CylinderPrim;
 use crate::math::{Frame, warp};
+use crate::medium::MediumIndex;
 
 /// One surface, built.
 #[derive(Clone, Debug)]
@@ -21,6 +22,12 @@ pub struct Shape {
     pub(crate) first: u32,
     /// Of a cylinder: the directions from its axis at which φ is 0 and π/2.
     pub(crate) around: [Vec3; 2],
+    /// The media on the side of the normal and behind, where it bounds one; of an emitter those around it.
+    pub(crate) media: [MediumIndex; 2],
+    /// True where it bounds a medium.
+    pub(crate) bounds: bool,
+    /// True where edges go through it: index-matched, in a scene with media. It is in the tree of boundaries then.
+    pub(crate) passed: bool,
 }
 
 #[derive(Clone, Debug)]

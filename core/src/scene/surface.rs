@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{AreaSample, Scene, ShapeKind};
-use crate::geometry::{Hit, offset_origin};
+use crate::geometry::{Accel, Hit, offset_origin};
 use crate::math::{Frame, NO_PRIM, Ray};
 use crate::rays::count_ray;
 use crate::vertex::{SurfacePoint, Vertex};
@@ -57,13 +57,27 @@ impl Scene {
     /// Normals, frame and indices at position `p` of primitive `prim`.
     #[inline]
     pub(super) fn complete(&self, prim: u32, b1: f32, b2: f32, p: Vec3) -> SurfacePoint {
-        let shape_index = self.prim_shape[prim as usize];
+        self.complete_in(&self.accel, &self.prim_shape, prim, b1, b2, p)
+    }
+
+    /// The same of a given tree.
+    #[inline]
+    pub(super) fn complete_in(
+        &self,
+        accel: &Accel,
+        prim_shape: &[u32],
+        prim: u32,
+        b1: f32,
+        b2: f32,
+        p: Vec3,
+    ) -> SurfacePoint {
+        let shape_index = prim_shape[prim as usize];
         let shape = &self.shapes[shape_index as usize];
         let local = (prim - shape.first) as usize;
         let tangent = self.tangents[shape.material as usize];
         let (n_g, n_s, dp_du) = match &shape.kind {
             ShapeKind::Mesh(mesh) => {
-                let [v0, v1, v2] = self.accel.primitives().triangles[prim as usize];
+                let [v0, v1, v2] = accel.primitives().triangles[prim as usize];
                 // In f64: the cross product of a sliver is a small difference.
                 let (e, f) = (v1.as_dvec3() - v0.as_dvec3(), v2.as_dvec3() - v0.as_dvec3());
                 let n_g = e.cross(f).normalize().as_vec3();
@@ -114,11 +128,12 @@ impl Scene {
             p,
             n_g,
             frame,
-            error: self.accel.error_along(prim, p, n_g),
+            error: accel.error_along(prim, p, n_g),
             shape: shape_index,
             prim,
             material: shape.material,
             emitter: shape.emitter,
+            media: shape.media,
         }
     }
 }

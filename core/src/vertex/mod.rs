@@ -6,13 +6,17 @@ pub use surface::{NO_EMITTER, SurfacePoint};
 
 use glam::Vec3;
 
+use crate::math::Ray;
 use crate::measure::{Edge, End};
+use crate::medium::MediumPoint;
 
 /// A vertex of a light transport path x̄ = x₀x₁…x_k, x₀ on an emitter, x_k on the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vertex {
     /// A surface; as x₀ it is a point of an area emitter.
     Surface(SurfacePoint),
+    /// A point in a medium; its measure is volume.
+    Medium(MediumPoint),
     /// x₀ on a point emitter.
     PointEmitter {
         /// Index of the emitter.
@@ -42,6 +46,7 @@ impl Vertex {
     pub fn position(&self) -> Option<Vec3> {
         match self {
             Vertex::Surface(s) => Some(s.p),
+            Vertex::Medium(m) => Some(m.p),
             Vertex::PointEmitter { p, .. } | Vertex::Sensor { p, .. } => Some(*p),
             Vertex::InfiniteEmitter { .. } => None,
         }
@@ -52,6 +57,7 @@ impl Vertex {
     pub fn end(&self) -> End {
         match self {
             Vertex::Surface(s) => s.end(),
+            Vertex::Medium(m) => End::Point { p: m.p },
             Vertex::PointEmitter { p, .. } => End::Point { p: *p },
             Vertex::InfiniteEmitter { to, .. } => End::Infinite { to: *to },
             Vertex::Sensor { p, n } => End::Surface { p: *p, n: *n },
@@ -90,7 +96,23 @@ impl Vertex {
             Vertex::PointEmitter { emitter, .. } | Vertex::InfiniteEmitter { emitter, .. } => {
                 Some(*emitter)
             }
-            Vertex::Sensor { .. } => None,
+            Vertex::Medium(_) | Vertex::Sensor { .. } => None,
         }
+    }
+
+    /// The unbounded ray that leaves a scattering vertex in direction `d`; `None` at other vertices.
+    #[inline]
+    pub fn spawn(&self, d: Vec3) -> Option<Ray> {
+        match self {
+            Vertex::Surface(point) => Some(point.spawn(d)),
+            Vertex::Medium(point) => Some(Ray::new(point.p, d)),
+            _ => None,
+        }
+    }
+
+    /// True where light scatters: on a surface or in a medium.
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        matches!(self, Vertex::Surface(_) | Vertex::Medium(_))
     }
 }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::geometry::offset_origin;
 use crate::math::{Frame, Ray};
 use crate::measure::End;
+use crate::medium::MediumIndex;
 use crate::vertex::Vertex;
 
 /// Marks [`SurfacePoint::emitter`] of surfaces that do not emit.
@@ -30,6 +31,8 @@ pub struct SurfacePoint {
     pub material: u32,
     /// Index of the area emitter or [`NO_EMITTER`].
     pub emitter: u32,
+    /// The media on the side of n_g and behind.
+    pub media: [MediumIndex; 2],
 }
 
 impl SurfacePoint {

@@ -104,7 +104,12 @@ fn hit_emitter<'a>(
     let side = Side {
         vertices: sensor,
         last: emission,
-        before: scene.pdf_emission_next(&x0.vertex, &x0.vertex.edge_to(&x1.vertex)),
+        before: arriving(
+            scene,
+            &x1.vertex,
+            x0.transmittance,
+            scene.pdf_emission_next(&x0.vertex, &x0.vertex.edge_to(&x1.vertex)),
+        ),
         connectible: true,
         merges: false,
         direct,
@@ -131,11 +136,10 @@ fn hit_lens<'a>(
     let [.., before, lens] = light else { return None };
     let into_scene = lens.from;
     let film = sensor.film_position(lens.vertex.position()?, into_scene)?;
-    let edge = lens.vertex.edge_to(&before.vertex);
     let side = Side {
         vertices: light,
         last: sensor.pdf_vertex(),
-        before: edge.to_area(sensor.pdf_direction(into_scene)),
+        before: lens.back_to(scene, &before.vertex, sensor.pdf_direction(into_scene)),
         connectible: true,
         merges: false,
         // A path of one edge has no next-event estimation.
@@ -179,6 +183,7 @@ fn join<'a>(
     }
     let edge = y.vertex.edge_to(&z.vertex);
     let back = z.vertex.edge_to(&y.vertex);
+    let through = scene.transmittance(&y.vertex, &z.vertex);
     let mut film = None;
     let at_z = match sensor {
         [lens] => {
@@ -188,11 +193,16 @@ fn join<'a>(
             Sent {
                 value: Rgb::WHITE,
                 importance: scene.sensor().importance(into_scene) / lens.pdf.value(),
-                on: back.to_area(scene.sensor().pdf_direction(into_scene)),
+                on: arriving(
+                    scene,
+                    &y.vertex,
+                    through,
+                    back.to_area(scene.sensor().pdf_direction(into_scene)),
+                ),
                 before: Density::ZERO,
             }
         }
-        _ => scattered(scene, &walks.sensor, sensor, &back)?,
+        _ => scattered(scene, &walks.sensor, sensor, (&back, &y.vertex, through))?,
     };
     let next_event = light.len() == 1 && sensor.len() >= 2;
     let at_y = match light {
@@ -204,11 +214,11 @@ fn join<'a>(
             Sent {
                 value: emitted,
                 importance: 1.0,
-                on: scene.pdf_emission_next(&x0.vertex, &edge),
+                on: arriving(scene, &z.vertex, through, scene.pdf_emission_next(&x0.vertex, &edge)),
                 before: Density::ZERO,
             }
         }
-        _ => scattered(scene, &walks.light, light, &edge)?,
+        _ => scattered(scene, &walks.light, light, (&edge, &z.vertex, through))?,
     };
     let g = edge.geometry_term();
     // Next-event estimation divides by the density that x₀ was sampled with, p_direct = d·p_emission.
@@ -221,6 +231,7 @@ fn join<'a>(
         (_, [_]) => (1.0, y.throughput * at_y.value * (g * at_z.importance) as f32),
         _ => (1.0, y.throughput * at_y.value * at_z.value * z.throughput * g as f32),
     };
+    let value = if scene.has_media() { value * through } else { value };
     if value.is_black() {
         return None;
     }
@@ -244,18 +255,28 @@ fn join<'a>(
     Some(Connection { value, film, emitter, origin, light, sensor, own })
 }
 
-/// An inner vertex at the end of the connecting edge.
-fn scattered(scene: &Scene, walk: &Walk, subpath: &[WalkVertex], edge: &Edge) -> Option<Sent> {
+/// An inner vertex at the end of the connecting edge, which leads to a vertex through the transmittance T.
+fn scattered(
+    scene: &Scene,
+    walk: &Walk,
+    subpath: &[WalkVertex],
+    (edge, to, through): (&Edge, &Vertex, Rgb),
+) -> Option<Sent> {
     let [.., before, last] = subpath else { return None };
-    let Vertex::Surface(point) = &last.vertex else { return None };
-    let scatter = scene.connect_scatter(point, last.from, edge.direction(), walk.mode)?;
+    let scatter = scene.connect_at(&last.vertex, last.from, edge.direction(), walk.mode)?;
     let (forward, backward) = walk.two_ways(&scatter, subpath.len() - 1);
     Some(Sent {
         value: scatter.value,
         importance: 1.0,
-        on: edge.to_area(forward),
-        before: last.vertex.edge_to(&before.vertex).to_area(backward),
+        on: arriving(scene, to, through, edge.to_area(forward)),
+        before: last.back_to(scene, &before.vertex, backward),
     })
+}
+
+/// The density of a vertex with that of the free flight there.
+#[inline]
+fn arriving(scene: &Scene, end: &Vertex, through: Rgb, pdf: Density<Area>) -> Density<Area> {
+    if scene.has_media() { pdf.times(scene.flight_density(end, through)) } else { pdf }
 }
 
 impl Walk {

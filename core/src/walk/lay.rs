@@ -6,7 +6,7 @@ use super::subpath::{OpenEdge, Subpath, Walk, WalkVertex};
 use crate::bsdf::TransportMode;
 use crate::color::Rgb;
 use crate::math::Ray;
-use crate::path::{Path, Vertex};
+use crate::path::Path;
 use crate::scene::NextDensity;
 use crate::scene::Scene;
 
@@ -33,12 +33,10 @@ impl Walk {
                 _ => self.next_along(scene, &mut subpath[j - 1], d, path.events[at(j - 1)], j - 1),
             };
             let Some(next) = next else { break };
-            let connectible = match &vertex(j) {
-                Vertex::Surface(point) => scene.is_connectible(point, -d),
-                _ => true,
-            };
+            let connectible = scene.connects_at(&vertex(j), -d);
+            let transmittance = scene.transmittance(&vertex(j - 1), &vertex(j));
             let ray = Ray::new(Vec3::ZERO, d);
-            let edge = OpenEdge { ray, throughput: Rgb::WHITE, next };
+            let edge = OpenEdge { transmittance, ..OpenEdge::new(ray, Rgb::WHITE, next) };
             if !self.push(scene, &mut subpath, vertex(j), &edge, connectible) {
                 break;
             }
@@ -55,8 +53,7 @@ impl Walk {
         event: crate::bsdf::Event,
         index: usize,
     ) -> Option<NextDensity> {
-        let Vertex::Surface(point) = &last.vertex else { return None };
-        let (pdf, q) = scene.scatter_event(point, last.from, d, self.mode, event)?;
+        let (pdf, q) = scene.event_at(&last.vertex, last.from, d, self.mode, event)?;
         last.event = event;
         Some(NextDensity::Direction(if self.roulette(index) { pdf * q } else { pdf }))
     }

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`Stream::Sensor`] | film position (2), point of the lens (2, none for a pinhole), then per scattering event 3, and 1 where roulette plays |
 //! | [`Stream::Light`] | emitter (1), position on it (2), direction (2), then per scattering event 3, and 1 where roulette plays |
+//! | both, in a scene with media | before each event channel and distance of the free flight that leads there (2) |
 //! | [`Stream::Lens`] | per connection to the lens a point of it (2, none for a pinhole) |
 //! | [`Stream::Connection`] | per vertex of next-event estimation emitter (1) and position on it (2), and what an integrator draws beside |
 
@@ -24,6 +25,12 @@ pub struct EventNumbers {
 #[inline]
 pub fn event_numbers<U: PrimarySample>(u: &mut U) -> EventNumbers {
     EventNumbers { component: u.next(), direction: u.next2() }
+}
+
+/// Reads channel and distance of a free flight; only scenes with media have them.
+#[inline]
+pub fn flight_numbers<U: PrimarySample>(u: &mut U) -> [f32; 2] {
+    u.next2()
 }
 
 /// Reads emitter, position and direction of an emission.
@@ -59,15 +66,17 @@ impl Layout {
     /// The layout of a technique.
     pub fn new(scene: &Scene, Technique { s, t }: Technique) -> Self {
         let sensor_start = if scene.sensor().is_pinhole() { 2 } else { 4 };
+        // Two for the flight along each edge.
+        let flights = |n: usize| if scene.has_media() { 2 * (n - 1) } else { 0 };
         Layout {
             sensor_start,
-            sensor: if t >= 2 { Layout::events(sensor_start, t) } else { 0 },
+            sensor: if t >= 2 { Layout::events(sensor_start, t) + flights(t) } else { 0 },
             light: match s {
                 0 => 0,
                 // x₀ for the lens: a direction is drawn and not used.
                 1 if t == 1 => Layout::EMITTER_VERTEX,
                 1 => 0,
-                _ => Layout::events(Layout::LIGHT_START, s),
+                _ => Layout::events(Layout::LIGHT_START, s) + flights(s),
             },
         }
     }

@@ -4,6 +4,8 @@
 //! vertex ([`Walk::arrive`]) and opens the next edge ([`Walk::scatter`]). Between any two steps a walk can wait, so that a caller may
 //! advance many side by side and trace their rays together; [`Walk::run`] advances one to its end.
 //!
+//! In a scene with media an edge may end in a medium: [`OpenEdge::travel`] draws where. Index-matched surfaces are passed on the way.
+//!
 //! What happens at a vertex is known when the walk leaves it: its [`Event`](crate::bsdf::Event), specular or not. A vertex can end a connection where its
 //! material has a non-specular component; in the path that goes on from it the event decides.
 //!
@@ -36,7 +38,9 @@ mod verify;
 mod weight;
 
 pub use connect::{Connection, connect, joined};
-pub use layout::{EventNumbers, Layout, emission_numbers, event_numbers, next_event_numbers};
+pub use layout::{
+    EventNumbers, Layout, emission_numbers, event_numbers, flight_numbers, next_event_numbers,
+};
 pub use start::{LightSubpath, SensorSubpath, Walks};
 pub use subpath::{OpenEdge, Subpath, Walk, WalkVertex, always, scatter};
 pub use techniques::TechniqueSet;

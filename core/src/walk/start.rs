@@ -102,11 +102,8 @@ impl Walks {
         let sample = sensor.sample(pixel, on_film, self.lens(u));
         let mut vertices = Vec::with_capacity(ROOM.min(self.sensor.max_vertices));
         vertices.push(WalkVertex::first(sample.vertex, sensor.pdf_vertex()));
-        let first = OpenEdge {
-            ray: sample.ray,
-            throughput: Rgb::WHITE,
-            next: NextDensity::Direction(sensor.pdf_direction(sample.ray.d)),
-        };
+        let next = NextDensity::Direction(sensor.pdf_direction(sample.ray.d));
+        let first = OpenEdge::new(sample.ray, Rgb::WHITE, next);
         let walks = self.max >= 1 && self.sensor.max_vertices >= 2;
         let escaped = if walks {
             self.sensor.run(scene, &mut vertices, first, u, |_, _, _| (), goes_on)
@@ -136,11 +133,7 @@ impl Walks {
             let mut x0 = WalkVertex::first(emission.vertex, emission.pdf);
             x0.throughput = Rgb::WHITE * (1.0 / emission.pdf.value()) as f32;
             vertices.push(x0);
-            let first = OpenEdge {
-                ray: emission.ray,
-                throughput: emission.throughput(),
-                next: emission.next,
-            };
+            let first = OpenEdge::new(emission.ray, emission.throughput(), emission.next);
             if walk.max_vertices == 1 && self.pinhole {
                 return LightSubpath { vertices, emitter };
             }
@@ -150,7 +143,9 @@ impl Walks {
                 }
                 let Some(p) = scene.sensor().hit_lens(&edge.ray, length) else { return };
                 let lens = Vertex::Sensor { p, n: scene.sensor().axis() };
-                if walk.push(scene, light, lens, edge, true) {
+                let Some(last) = light.last() else { return };
+                let edge = edge.through(scene, &last.vertex, &lens);
+                if walk.push(scene, light, lens, &edge, true) {
                     on_lens(light);
                     light.pop();
                 }

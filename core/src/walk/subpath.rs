@@ -2,16 +2,15 @@
 
 use glam::Vec3;
 
-use super::layout::event_numbers;
+use super::layout::{event_numbers, flight_numbers};
 use super::weight::{WeightState, Weights};
 use crate::bsdf::{Event, TransportMode};
 use crate::color::Rgb;
 use crate::math::Ray;
-use crate::measure::{Area, Density, Edge, End, Mass};
+use crate::measure::{Area, Density, Edge, End, Mass, SolidAngle};
 use crate::path::{ScatterSample, Vertex, WalkClass};
 use crate::random::PrimarySample;
-use crate::scene::NextDensity;
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{NextDensity, Scene};
 
 /// A vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +27,9 @@ pub struct WalkVertex {
     pub event: Event,
     /// Density of this vertex given the ones before, roulette included.
     pub pdf: Density<Area>,
-    /// The events at the surface vertices before this one.
+    /// T of the edge from the vertex before.
+    pub transmittance: Rgb,
+    /// The events at the scattering vertices before this one.
     pub class: WalkClass,
     /// Running sums of the weights.
     pub weight: WeightState,
@@ -44,6 +45,7 @@ impl WalkVertex {
             connectible: true,
             event: Event::NonSpecular,
             pdf,
+            transmittance: Rgb::WHITE,
             class: WalkClass::default(),
             weight: WeightState { running: 0.0, ratio_before: 0.0, direct: 1.0 },
         }
@@ -53,7 +55,7 @@ impl WalkVertex {
     #[inline]
     pub fn class_at_connection(&self) -> WalkClass {
         let mut class = self.class;
-        if matches!(self.vertex, Vertex::Surface(_)) && self.from != Vec3::ZERO {
+        if self.vertex.scatters() && self.from != Vec3::ZERO {
             class.push(true);
         }
         class
@@ -63,6 +65,22 @@ impl WalkVertex {
     #[inline]
     pub fn merges(&self) -> bool {
         self.ends() && self.from != Vec3::ZERO && matches!(self.vertex, Vertex::Surface(_))
+    }
+
+    /// Density of the vertex before by a walk that leaves this one towards it with density `pdf`.
+    #[inline]
+    pub(super) fn back_to(
+        &self,
+        scene: &Scene,
+        before: &Vertex,
+        pdf: Density<SolidAngle>,
+    ) -> Density<Area> {
+        let area = Edge::new(&self.vertex.end(), &before.end()).to_area(pdf);
+        if scene.has_media() {
+            area.times(scene.flight_density(before, self.transmittance))
+        } else {
+            area
+        }
     }
 
     /// True where techniques may end at this vertex of a path that goes on from it.
@@ -82,8 +100,66 @@ pub struct OpenEdge {
     pub ray: Ray,
     /// Throughput at its end.
     pub throughput: Rgb,
-    /// Density of its end.
+    /// Density of its end, the free flight not counted.
     pub next: NextDensity,
+    /// T up to its end, once it has travelled.
+    pub transmittance: Rgb,
+}
+
+impl OpenEdge {
+    /// An edge that has not travelled.
+    #[inline]
+    pub fn new(ray: Ray, throughput: Rgb, next: NextDensity) -> Self {
+        OpenEdge { ray, throughput, next, transmittance: Rgb::WHITE }
+    }
+
+    /// Follows the edge from vertex `start` to its end: a surface, or, by a free flight, a point in a medium; `None` where it leaves the scene. The
+    /// throughput gains T over the density of the flight. Numbers are read in scenes with media alone.
+    #[inline]
+    pub fn travel<U: PrimarySample>(
+        &mut self,
+        scene: &Scene,
+        start: &Vertex,
+        u: &mut U,
+    ) -> Option<Vertex> {
+        if !scene.has_media() {
+            return scene.intersect(&self.ray).map(Vertex::Surface);
+        }
+        let flight = scene.fly(start, &self.ray, flight_numbers(u));
+        let density = match &flight.end {
+            Some(end) => scene.flight_density(end, flight.transmittance),
+            None => f64::from(flight.transmittance.mean()),
+        };
+        self.arrive(flight.transmittance, density);
+        flight.end
+    }
+
+    /// Area density of the end, the free flight counted, where the edge begins at `start`.
+    #[inline]
+    pub fn pdf_of_end(&self, scene: &Scene, start: &End, end: &Vertex) -> Density<Area> {
+        let pdf = self.next.to_area(&Edge::new(start, &end.end()));
+        if !scene.has_media() {
+            return pdf;
+        }
+        pdf.times(scene.flight_density(end, self.transmittance))
+    }
+
+    /// Ends a flight of this density at the given vertex.
+    fn arrive(&mut self, transmittance: Rgb, density: f64) {
+        self.transmittance = transmittance;
+        self.throughput *= transmittance;
+        self.throughput *= (1.0 / density) as f32;
+    }
+
+    /// The edge as it passes through the vertex `end`, where it does not end: the lens.
+    pub(super) fn through(&self, scene: &Scene, start: &Vertex, end: &Vertex) -> OpenEdge {
+        let mut edge = *self;
+        if scene.has_media() {
+            let through = scene.transmittance(start, end);
+            edge.arrive(through, scene.flight_density(end, through));
+        }
+        edge
+    }
 }
 
 /// How a walk goes.
@@ -100,12 +176,12 @@ pub struct Walk {
     pub weights: Weights,
 }
 
-/// A scattering event at a surface point that a walk reached from direction `from` with `throughput`: the edge that it opens, and the event.
+/// A scattering event at a vertex that a walk reached from direction `from` with `throughput`: the edge that it opens, and the event.
 /// `None` where the walk ends, by roulette where it `plays`.
 #[inline]
 pub fn scatter<U: PrimarySample>(
     scene: &Scene,
-    point: &SurfacePoint,
+    vertex: &Vertex,
     from: Vec3,
     throughput: Rgb,
     mode: TransportMode,
@@ -113,16 +189,14 @@ pub fn scatter<U: PrimarySample>(
     u: &mut U,
 ) -> Option<(OpenEdge, ScatterSample)> {
     let numbers = event_numbers(u);
-    let sample = scene.sample_scatter(point, from, mode, numbers.component, numbers.direction)?;
+    let sample = scene.sample_at(vertex, from, mode, numbers.component, numbers.direction)?;
     let q = if plays { sample.survival } else { Mass::ONE };
     if plays && u.next() as f64 >= q.value() {
         return None;
     }
-    let edge = OpenEdge {
-        ray: point.spawn(sample.direction),
-        throughput: throughput * sample.weight * (1.0 / q.value()) as f32,
-        next: NextDensity::Direction(sample.pdf * q),
-    };
+    let throughput = throughput * sample.weight * (1.0 / q.value()) as f32;
+    let next = NextDensity::Direction(sample.pdf * q);
+    let edge = OpenEdge::new(vertex.spawn(sample.direction)?, throughput, next);
     Some((edge, sample))
 }
 
@@ -133,7 +207,7 @@ pub fn always(_: Mass) -> bool {
 
 impl Walk {
     /// Advances a subpath that holds its first vertex along `edge` until it ends, and returns the edge that left the scene, if it ended so.
-    /// `on_edge` sees every edge with its length before its end becomes a vertex. `goes_on` is asked after every scattering event, with the
+    /// `on_edge` sees every edge as it was opened, with its length, before its end becomes a vertex. `goes_on` is asked after every scattering event, with the
     /// probability of local roulette: a way to end walks that is no part of their densities.
     pub fn run<U: PrimarySample>(
         &self,
@@ -145,11 +219,14 @@ impl Walk {
         mut goes_on: impl FnMut(Mass) -> bool,
     ) -> Option<OpenEdge> {
         while !edge.throughput.is_black() {
-            let hit = scene.intersect(&edge.ray);
-            let length = hit.map_or(f32::INFINITY, |h| h.p.distance(edge.ray.o));
-            on_edge(subpath, &edge, length);
-            let Some(point) = hit else { return Some(edge) };
-            if !self.arrive(scene, subpath, &edge, &point) {
+            let last = subpath.last()?;
+            let opened = edge;
+            let end = edge.travel(scene, &last.vertex, u);
+            let at = end.and_then(|v| v.position());
+            let length = at.map_or(f32::INFINITY, |p| p.distance(edge.ray.o));
+            on_edge(subpath, &opened, length);
+            let Some(vertex) = end else { return Some(edge) };
+            if !self.arrive(scene, subpath, &edge, vertex) {
                 return None;
             }
             let (next, survival) = self.scatter(scene, subpath, u)?;
@@ -161,7 +238,7 @@ impl Walk {
         None
     }
 
-    /// First half of a step: the surface point that `edge` meets becomes the next vertex. False where the walk ends: it has
+    /// First half of a step: the end that `edge` travelled to becomes the next vertex. False where the walk ends: it has
     /// its vertices, or the density of the new one is 0 ([`Walk::push`]).
     #[inline]
     pub fn arrive(
@@ -169,14 +246,13 @@ impl Walk {
         scene: &Scene,
         subpath: &mut Subpath,
         edge: &OpenEdge,
-        point: &SurfacePoint,
+        end: Vertex,
     ) -> bool {
         if subpath.len() >= self.max_vertices {
             return false;
         }
-        let connectible = scene.is_connectible(point, -edge.ray.d);
-        self.push(scene, subpath, Vertex::Surface(*point), edge, connectible)
-            && subpath.len() < self.max_vertices
+        let connectible = scene.connects_at(&end, -edge.ray.d);
+        self.push(scene, subpath, end, edge, connectible) && subpath.len() < self.max_vertices
     }
 
     /// Second half of a step: an event at the last vertex and the edge that it opens, with the probability of local roulette. `None` where
@@ -190,9 +266,8 @@ impl Walk {
     ) -> Option<(OpenEdge, Mass)> {
         let plays = self.roulette(subpath.len() - 1);
         let last = subpath.last_mut()?;
-        let Vertex::Surface(point) = &last.vertex else { return None };
         let (edge, sample) =
-            scatter(scene, point, last.from, last.throughput, self.mode, plays, u)?;
+            scatter(scene, &last.vertex, last.from, last.throughput, self.mode, plays, u)?;
         last.event = sample.event;
         Some((edge, sample.survival))
     }
@@ -218,8 +293,7 @@ impl Walk {
         let from = -edge.ray.d;
         let n = subpath.len();
         let last = &subpath[n - 1];
-        let to_vertex = Edge::new(&last.vertex.end(), &vertex.end());
-        let pdf = edge.next.to_area(&to_vertex);
+        let pdf = edge.pdf_of_end(scene, &last.vertex.end(), &vertex);
         if pdf.is_zero() {
             return false;
         }
@@ -240,6 +314,7 @@ impl Walk {
             connectible,
             event: Event::NonSpecular,
             pdf,
+            transmittance: edge.transmittance,
             class,
             weight,
         });
@@ -254,12 +329,10 @@ impl Walk {
         before: &Vertex,
         to: Vec3,
     ) -> Density<Area> {
-        let Vertex::Surface(point) = &last.vertex else { return Density::ZERO };
         let mode = self.mode.opposite();
-        let Some((pdf, q)) = scene.scatter_event(point, to, last.from, mode, last.event) else {
-            return Density::ZERO;
-        };
+        let event = scene.event_at(&last.vertex, to, last.from, mode, last.event);
+        let Some((pdf, q)) = event else { return Density::ZERO };
         let pdf = if self.roulette(1) { pdf * q } else { pdf };
-        Edge::new(&End::Surface { p: point.p, n: point.n_g }, &before.end()).to_area(pdf)
+        last.back_to(scene, before, pdf)
     }
 }

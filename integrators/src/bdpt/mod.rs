@@ -167,6 +167,10 @@ impl Integrator for Bdpt {
             | Families::T0.when(!scene.sensor().is_pinhole() && any(2..FAR, 0..1))
     }
 
+    fn sees_media(&self) -> bool {
+        true
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,

@@ -3,7 +3,7 @@
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
 use pathspace_core::measure::Edge;
-use pathspace_core::path::{Path, Technique, samplable};
+use pathspace_core::path::{Path, Technique, Vertex, samplable};
 
 use super::Bdpt;
 
@@ -60,15 +60,13 @@ impl Bdpt {
         let (k, v) = (edges.len(), &path.vertices);
         let mut ln = vec![NEVER; k + 1];
         ln[0] = scene.pdf_emission_vertex(&v[0]).value().ln();
-        ln[1] = scene.pdf_emission_next(&v[0], &edges[0]).value().ln();
+        ln[1] = scene.pdf_emission_next(&v[0], &edges[0]).value().ln() + ln_flight(scene, v, 0, 1);
         for i in 1..k {
-            let Some(point) = v[i].surface() else { break };
             let (from, to) = (-edges[i - 1].direction(), edges[i].direction());
-            let event =
-                scene.scatter_event(point, from, to, TransportMode::Importance, path.events[i]);
+            let event = scene.event_at(&v[i], from, to, TransportMode::Importance, path.events[i]);
             let Some((pdf, q)) = event else { break };
             let pdf = if self.roulette { pdf * q } else { pdf };
-            ln[i + 1] = edges[i].to_area(pdf).value().ln();
+            ln[i + 1] = edges[i].to_area(pdf).value().ln() + ln_flight(scene, v, i, i + 1);
         }
         ln
     }
@@ -81,17 +79,26 @@ impl Bdpt {
         ln[k] = sensor.pdf_vertex().value().ln();
         let d = -edges[k - 1].direction();
         if v[k].position().and_then(|p| sensor.film_position(p, d)).is_some() {
-            ln[k - 1] = edges[k - 1].reversed().to_area(sensor.pdf_direction(d)).value().ln();
+            let area = edges[k - 1].reversed().to_area(sensor.pdf_direction(d)).value();
+            ln[k - 1] = area.ln() + ln_flight(scene, v, k - 1, k - 1);
         }
         for i in (1..k).rev() {
-            let Some(point) = v[i].surface() else { break };
             let (from, to) = (edges[i].direction(), -edges[i - 1].direction());
-            let event =
-                scene.scatter_event(point, from, to, TransportMode::Radiance, path.events[i]);
+            let event = scene.event_at(&v[i], from, to, TransportMode::Radiance, path.events[i]);
             let Some((pdf, q)) = event else { break };
             let pdf = if self.roulette { pdf * q } else { pdf };
-            ln[i - 1] = edges[i - 1].reversed().to_area(pdf).value().ln();
+            let area = edges[i - 1].reversed().to_area(pdf).value();
+            ln[i - 1] = area.ln() + ln_flight(scene, v, i - 1, i - 1);
         }
         ln
     }
+}
+
+/// ln of the density of the free flight along edge `edge` that ends at x_`end`; 0 without media.
+fn ln_flight(scene: &Scene, v: &[Vertex], edge: usize, end: usize) -> f64 {
+    if !scene.has_media() {
+        return 0.0;
+    }
+    let through = scene.transmittance(&v[edge], &v[edge + 1]);
+    scene.flight_density(&v[end], through).ln()
 }

@@ -4,6 +4,7 @@ use glam::Vec3;
 use pathspace_core::Scene;
 use pathspace_core::bsdf::{Component, Event};
 use pathspace_core::math::Frame;
+use pathspace_core::medium::{MediumIndex, MediumPoint};
 use pathspace_core::path::{Path, Vertex};
 use pathspace_core::scene::{NO_EMITTER, SurfacePoint};
 
@@ -14,6 +15,7 @@ const SURFACE: u8 = 0;
 const POINT: u8 = 1;
 const INFINITE: u8 = 2;
 const SENSOR: u8 = 3;
+const MEDIUM: u8 = 4;
 
 /// Beyond every number of a specular component.
 const NON_SPECULAR: u8 = u8::MAX;
@@ -38,6 +40,11 @@ pub(super) fn encode(x: &MltPath, out: &mut Writer) {
                 for index in [s.shape, s.prim, s.material, s.emitter] {
                     out.u32(index);
                 }
+            }
+            Vertex::Medium(point) => {
+                out.u8(MEDIUM);
+                out.u32(point.medium.number());
+                vector(point.p, out);
             }
             Vertex::PointEmitter { emitter, p } => {
                 out.u8(POINT);
@@ -70,7 +77,7 @@ pub(super) fn decode(scene: &Scene, bytes: &mut Reader<'_>) -> Option<MltPath> {
     }
     // Only the emitter's end may be at infinity or a point.
     let inner = path.vertices.get(1..n.checked_sub(1)?)?;
-    if !inner.iter().all(|v| matches!(v, Vertex::Surface(_))) {
+    if !inner.iter().all(Vertex::scatters) {
         return None;
     }
     MltPath::new(scene, path).filter(|x| x.target().is_finite() && x.target() > 0.0)
@@ -93,7 +100,23 @@ fn vertex(scene: &Scene, bytes: &mut Reader<'_>) -> Option<Vertex> {
                 return None;
             }
             let frame = Frame { s, t, n };
-            Vertex::Surface(SurfacePoint { p, n_g, frame, error, shape, prim, material, emitter })
+            let media = [MediumIndex::NONE; 2];
+            Vertex::Surface(SurfacePoint {
+                p,
+                n_g,
+                frame,
+                error,
+                shape,
+                prim,
+                material,
+                emitter,
+                media,
+            })
+        }
+        MEDIUM => {
+            let medium = MediumIndex::new(bytes.u32()? as usize)?;
+            scene.medium(medium)?;
+            Vertex::Medium(MediumPoint { p: read_vector(bytes)?, medium })
         }
         POINT => Vertex::PointEmitter { emitter: known(bytes.u32()?)?, p: read_vector(bytes)? },
         INFINITE => {

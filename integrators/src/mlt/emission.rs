@@ -25,7 +25,7 @@ pub(super) fn ray_from(scene: &Scene, x0: &Vertex, u: [f32; 2]) -> Option<Ray> {
             let middle = across(*to, scene.ball().center).as_vec3();
             beam_ray(scene, *to, middle + frame.s * disk.x + frame.t * disk.y)
         }
-        Vertex::Sensor { .. } => return None,
+        Vertex::Medium(_) | Vertex::Sensor { .. } => return None,
     })
 }
 

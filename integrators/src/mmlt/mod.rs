@@ -78,6 +78,10 @@ impl Integrator for Mmlt {
         self.techniques.bdpt.families(scene)
     }
 
+    fn sees_media(&self) -> bool {
+        true
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,

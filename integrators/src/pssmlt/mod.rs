@@ -71,6 +71,10 @@ impl<E: PathEstimator + Integrator> Integrator for Pssmlt<E> {
         self.estimator.families(scene)
     }
 
+    fn sees_media(&self) -> bool {
+        self.estimator.sees_media()
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,

@@ -9,6 +9,7 @@
 //! | glass in a furnace, slabs | Fresnel's equations along the only path | [`glass`] |
 //! | sphere, disk and polygon lights, parallel, perpendicular and coaxial plates | irradiance and view factors | [`receivers`] |
 //! | refractive caustic | flux through a circle | [`caustics`] |
+//! | slab and ball that absorb, furnaces of fog, single scattering | Beer and Lambert, conservation, quadrature | [`media`] |
 //! | nephroid and cardioid of a cylindrical mirror | flux through rectangles about cusp and fold | [`cup`] |
 
 pub mod caustics;
@@ -18,6 +19,7 @@ pub mod forms;
 pub mod glass;
 mod made;
 mod measure;
+pub mod media;
 mod quadrature;
 pub mod receivers;
 
@@ -108,5 +110,6 @@ pub fn all() -> Vec<ExactScene> {
     scenes.extend(receivers::all());
     scenes.extend(caustics::all());
     scenes.extend(cup::all());
+    scenes.extend(media::all());
     scenes
 }

@@ -80,7 +80,7 @@ impl Scene {
                 let across = glam::Vec2::new(frame.s.dot(p), frame.t.dot(p));
                 Some(warp::concentric_disk_inverse(across))
             }
-            Vertex::Sensor { .. } => None,
+            Vertex::Medium(_) | Vertex::Sensor { .. } => None,
         }
     }
 }

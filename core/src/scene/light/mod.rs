@@ -238,7 +238,7 @@ impl Scene {
             Vertex::InfiniteEmitter { .. } => {
                 Some(NextDensity::Across(self.emitters().beam_density()))
             }
-            Vertex::Sensor { .. } => None,
+            Vertex::Medium(_) | Vertex::Sensor { .. } => None,
         }
     }
 
@@ -262,7 +262,7 @@ impl Scene {
                 }
                 _ => Rgb::BLACK,
             },
-            Vertex::Sensor { .. } => Rgb::BLACK,
+            Vertex::Medium(_) | Vertex::Sensor { .. } => Rgb::BLACK,
         }
     }
 

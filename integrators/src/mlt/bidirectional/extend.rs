@@ -82,9 +82,9 @@ impl Part {
 
     /// Draws an event at the last vertex, a surface that the walk came to, and gives the ray on.
     fn scatter(&mut self, scene: &Scene, mode: TransportMode, u: &mut RandomStream) -> Option<Ray> {
-        let [.., before, Vertex::Surface(point)] = self.vertices.as_slice() else { return None };
-        let from = before.direction_from(point.p);
-        let (edge, sample) = walk::scatter(scene, point, from, Rgb::WHITE, mode, false, u)?;
+        let [.., before, last] = self.vertices.as_slice() else { return None };
+        let from = before.direction_from(last.position()?);
+        let (edge, sample) = walk::scatter(scene, last, from, Rgb::WHITE, mode, false, u)?;
         *self.events.last_mut()? = sample.event;
         Some(edge.ray)
     }
