@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::analytic::Ray64;
 use super::layout::{Block, Node, Tree};
-use super::offset::{Margins, segment};
+use super::offset::{Facet, segment};
 use super::primitives::PrimRef;
 use super::{GeometryError, Primitives, build, lanes, traverse};
 use crate::math::{NO_PRIM, Ray};
@@ -55,8 +55,8 @@ pub enum InstructionSet {
 pub struct Accel {
     tree: Tree,
     prims: Primitives,
-    /// What positions on a triangle need, per triangle.
-    margins: Vec<Margins>,
+    /// Of each triangle.
+    facets: Vec<Facet>,
     instructions: InstructionSet,
 }
 
@@ -68,8 +68,8 @@ impl Accel {
     pub fn build(prims: Primitives) -> Result<Accel, GeometryError> {
         prims.validate()?;
         let tree = build::build(&prims);
-        let margins = prims.triangles.iter().map(Margins::new).collect();
-        Ok(Accel { tree, prims, margins, instructions: best() })
+        let facets = prims.triangles.iter().map(Facet::new).collect();
+        Ok(Accel { tree, prims, facets, instructions: best() })
     }
 
     /// The primitives the tree was built of.
@@ -165,8 +165,8 @@ impl Accel {
     }
 
     #[inline]
-    pub(super) fn margins(&self, prim: u32) -> Margins {
-        self.margins[prim as usize]
+    pub(super) fn facet(&self, prim: u32) -> Facet {
+        self.facets[prim as usize]
     }
 
     #[inline]

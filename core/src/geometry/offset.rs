@@ -30,7 +30,7 @@ impl Accel {
                 let origin = a.as_dvec3();
                 let (e, f) = (b.as_dvec3() - origin, c.as_dvec3() - origin);
                 let mut p = origin + e * b1 + f * b2;
-                let least = self.margins(hit.prim).least_weight(p.as_vec3());
+                let least = self.facet(hit.prim).least_weight(p.as_vec3());
                 if b1.min(b2).min(1.0 - b1 - b2) < least {
                     [b1, b2] = off_edges([b1, b2], least);
                     p = origin + e * b1 + f * b2;
@@ -63,10 +63,7 @@ impl Accel {
     /// Zero for a primitive that does not exist or has no area.
     pub fn normal(&self, prim: u32, p: Vec3) -> Vec3 {
         let n = match self.prim(prim) {
-            Some(PrimRef::Triangle(tri)) => {
-                let [a, b, c] = tri.map(|v| v.as_dvec3());
-                (b - a).cross(c - a)
-            }
+            Some(PrimRef::Triangle(_)) => return self.facet(prim).normal,
             Some(PrimRef::Sphere(s)) => p.as_dvec3() - s.center.as_dvec3(),
             Some(PrimRef::Disk(d)) => d.u.as_dvec3().cross(d.v.as_dvec3()),
             Some(PrimRef::Cylinder(c)) => c.foot(p.as_dvec3()).1,
@@ -83,13 +80,19 @@ impl Accel {
         self.error_along(prim, p, self.normal(prim, p))
     }
 
+    /// Unit geometric normal of a triangle.
+    #[inline]
+    pub(crate) fn triangle_normal(&self, prim: u32) -> Vec3 {
+        self.facet(prim).normal
+    }
+
     /// [`Accel::error_bound`] where the geometric normal is known, to either side.
     #[inline]
     pub(crate) fn error_along(&self, prim: u32, p: Vec3, n: Vec3) -> f32 {
         // Rounding of p, by at most U times each coordinate: a coordinate along the surface does not count.
         let rounding = U * p.abs().dot(n.abs());
         let test = match self.prim(prim) {
-            Some(PrimRef::Triangle(_)) => self.margins(prim).test,
+            Some(PrimRef::Triangle(_)) => self.facet(prim).test,
             Some(PrimRef::Sphere(s)) => TEST_ERROR * s.radius,
             Some(PrimRef::Disk(d)) => TEST_ERROR * (d.u.abs() + d.v.abs()).max_element(),
             Some(PrimRef::Cylinder(c)) => TEST_ERROR * (c.radius + c.axis.abs().max_element()),
@@ -99,28 +102,32 @@ impl Accel {
     }
 }
 
-/// What positions on a triangle need to be told from positions beyond it.
+/// What is known of a triangle beside its corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Margins {
+pub(super) struct Facet {
+    /// Unit normal (v₁ − v₀) × (v₂ − v₀); zero without an area.
+    normal: Vec3,
     /// Error of the triangle test for origins near the triangle, as a distance across it.
     test: f32,
     /// Barycentric weight of a point per distance from an edge; less in slivers.
     weight: f32,
 }
 
-impl Margins {
+impl Facet {
     pub(super) fn new(&[a, b, c]: &[Vec3; 3]) -> Self {
         let (e, f, g) = (b - a, c - a, c - b);
         let length2 = e.length_squared().max(f.length_squared()).max(g.length_squared());
         // In f64: the area of a sliver is a difference, and squares of small lengths underflow.
-        let (e, f) = (e.as_dvec3(), f.as_dvec3());
+        let (e, f) = (b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3());
         let length = f64::from(length2).sqrt();
-        let slimness = length * length / e.cross(f).length();
+        let across = e.cross(f);
+        let slimness = length * length / across.length();
         // Edge functions err by 2⁻⁵³·L²; they are divided by twice the area and multiply heights ≤ L.
         let test = f64::from(TEST_ERROR) * length * slimness.min(MAX_SLIMNESS);
         // The least height is 2A/L. A weight of x moves a point by x·L at most.
         let weight = slimness.min(MAX_EDGE_SLIMNESS) / length;
-        Margins { test: test as f32, weight: weight as f32 }
+        let normal = across.normalize_or_zero().as_vec3();
+        Facet { normal, test: test as f32, weight: weight as f32 }
     }
 
     /// The least barycentric weight of a point near `p`.

@@ -77,26 +77,29 @@ impl Scene {
         let tangent = self.tangents[shape.material as usize];
         let (n_g, n_s, dp_du) = match &shape.kind {
             ShapeKind::Mesh(mesh) => {
-                let [v0, v1, v2] = accel.primitives().triangles[prim as usize];
-                // In f64: the cross product of a sliver is a small difference.
-                let (e, f) = (v1.as_dvec3() - v0.as_dvec3(), v2.as_dvec3() - v0.as_dvec3());
-                let n_g = e.cross(f).normalize().as_vec3();
-                let [i0, i1, i2] = mesh.triangles[local].map(|i| i as usize);
+                let n_g = accel.triangle_normal(prim);
+                let corners = || mesh.triangles[local].map(|i| i as usize);
                 let n_s = if mesh.normals.is_empty() {
                     n_g
                 } else {
+                    let [i0, i1, i2] = corners();
                     let n = &mesh.normals;
                     (n[i0] * (1.0 - b1 - b2) + n[i1] * b1 + n[i2] * b2).normalize_or(n_g)
                 };
-                let dp_du = if tangent && mesh.uvs.is_empty() {
-                    // Mitsuba's choice where there are no texture coordinates.
-                    v1 - v0
-                } else if tangent {
-                    let (a, b) = (mesh.uvs[i1] - mesh.uvs[i0], mesh.uvs[i2] - mesh.uvs[i0]);
-                    let det = a.x * b.y - a.y * b.x;
-                    if det == 0.0 { Vec3::ZERO } else { ((v1 - v0) * b.y - (v2 - v0) * a.y) / det }
-                } else {
+                let dp_du = if !tangent {
                     Vec3::ZERO
+                } else {
+                    let [v0, v1, v2] = accel.primitives().triangles[prim as usize];
+                    if mesh.uvs.is_empty() {
+                        // Mitsuba's choice where there are no texture coordinates.
+                        v1 - v0
+                    } else {
+                        let [i0, i1, i2] = corners();
+                        let (a, b) = (mesh.uvs[i1] - mesh.uvs[i0], mesh.uvs[i2] - mesh.uvs[i0]);
+                        let det = a.x * b.y - a.y * b.x;
+                        let d = (v1 - v0) * b.y - (v2 - v0) * a.y;
+                        if det == 0.0 { Vec3::ZERO } else { d / det }
+                    }
                 };
                 (n_g, n_s, dp_du)
             }
