@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod features;
+mod materials;
 mod meshes;
 mod mutated;
 mod plugins;

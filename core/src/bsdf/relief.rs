@@ -57,6 +57,11 @@ impl Relief {
         self.other = if self.flips { 0.25 * sin2.min(1.0) } else { 0.0 };
     }
 
+    /// The frame about n_p.
+    pub(super) fn frame(&self) -> &Frame {
+        &self.frames[0]
+    }
+
     pub(super) fn model(&self) -> &Bsdf {
         &self.model
     }

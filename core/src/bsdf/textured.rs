@@ -115,11 +115,19 @@ impl Textures {
                     }
                 }
                 Compound::Relief(relief) => {
-                    if let Some(textures) = self.parts.first() {
-                        textures.apply(relief.model_mut(), here);
-                    }
                     if let Some(map) = &self.relief {
                         relief.set_normal(normal(map, here));
+                    }
+                    // A relief on a relief stands on its normal.
+                    let frame = *relief.frame();
+                    let tangents = || {
+                        let t = (here.tangents)();
+                        let [du, dv, n_g] = [t.du, t.dv, t.n_g].map(|v| frame.to_local(v));
+                        Tangents { du, dv, n_g, ..t }
+                    };
+                    let inner = Here { uv: here.uv, tangents: &tangents };
+                    if let Some(textures) = self.parts.first() {
+                        textures.apply(relief.model_mut(), &inner);
                     }
                 }
                 _ => {}

@@ -134,7 +134,7 @@ pub enum ShapeGeometry {
     /// The square [−1,1]² at z = 0, normal +z, ∂p/∂u along +x.
     Rectangle,
     /// The box [−1,1]³ with outward normals. ∂p/∂u is along ±y on the faces ±x and ±z, along x on
-    /// the face +y and along z on the face −y (as in Mitsuba 3.9).
+    /// the face +y and along z on the face −y (as in Mitsuba 3.9; against the axis on +y and −z).
     Cube,
     /// Sphere with outward normals, ∂p/∂u along (−y, x, 0) from the centre. `to_world` may rotate,
     /// mirror, translate and scale uniformly only.

@@ -336,7 +336,9 @@ impl Builder {
             let own: DVec3 = corner.iter().map(|&c| cube_corner(c)).sum::<DVec3>() * 0.25;
             faces[i] = Face {
                 n: (normal * own).normalize().as_vec3(),
-                dp_du: t.matrix3.col(CUBE_TANGENTS[i]).as_vec3(),
+                // The faces +y and −z run the other way.
+                dp_du: t.matrix3.col(CUBE_TANGENTS[i]).as_vec3()
+                    * if matches!(i, 3 | 4) { -1.0 } else { 1.0 },
             };
         }
         (first, ShapeKind::Cube { faces, cdf: cdf.map(|c| c / area) }, area)

@@ -118,7 +118,10 @@ impl Scene {
             ShapeKind::Disk { n, u, v } => (*n, *n, *u * b1 + *v * b2),
             ShapeKind::Cylinder(c) => {
                 let n = c.foot(p.as_dvec3()).1.as_vec3();
-                (n, n, c.axis.cross(n))
+                // Along growing φ, which a mirrored cylinder has the other way round.
+                let [s, t] = shape.around;
+                let turns = if s.cross(t).dot(c.axis) < 0.0 { -1.0 } else { 1.0 };
+                (n, n, c.axis.cross(n) * turns)
             }
         };
         let (n_g, n_s) = (n_g * shape.sign, n_s * shape.sign);

@@ -17,8 +17,13 @@ pub(crate) fn tag(tag: &str, old: bool) -> &str {
 }
 
 /// Plug-ins and their properties that were called otherwise before 0.5: class, old and new name.
-const PLUGINS: [(&str, &str, &str); 3] = [
+const PLUGINS: [(&str, &str, &str); 8] = [
     ("bsdf", "lambertian", "diffuse"),
+    ("bsdf", "roughglass", "roughdielectric"),
+    ("bsdf", "bump", "bumpmap"),
+    ("bsdf", "composite", "mixturebsdf"),
+    ("bsdf", "mixture", "mixturebsdf"),
+    ("bsdf", "blend", "blendbsdf"),
     ("bsdf", "roughmetal", "roughconductor"),
     ("film", "ldrfilm", "hdrfilm"),
 ];

@@ -8,7 +8,39 @@ fn broken_materials_and_lights() {
         (
             bsdf("bakelite\">"),
             vec![],
-            "bad.xml:3: bsdf type \"bakelite\" is not understood; known: conductor, dielectric, diffuse, null, plastic, roughconductor, twosided",
+            "bad.xml:3: bsdf type \"bakelite\" is not understood; known: blendbsdf, bumpmap, coating, conductor, dielectric, difftrans, diffuse, mask, mixturebsdf, normalmap, null, phong, plastic, principled, principledthin, roughcoating, roughconductor, roughdielectric, roughdiffuse, roughplastic, thindielectric, twosided, ward",
+        ),
+        (
+            bsdf("mask\"><float name=\"opacity\" value=\"0.5\"/>"),
+            vec![],
+            "bad.xml:3: bsdf \"mask\": needs 1 nested <bsdf>, not 0",
+        ),
+        (
+            bsdf("blendbsdf\"><bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/>"),
+            vec![],
+            "bad.xml:3: bsdf \"blendbsdf\": needs the property \"weight\"",
+        ),
+        (
+            bsdf("normalmap\"><bsdf type=\"diffuse\"/>"),
+            vec![],
+            "bad.xml:3: bsdf \"normalmap\": needs a nested texture",
+        ),
+        (
+            bsdf("principled\"><float name=\"metallic\" value=\"2\"/>"),
+            vec![],
+            "bad.xml:3: bsdf \"principled\": property \"metallic\": \"2\" is not a colour with components from 0 to 1",
+        ),
+        (
+            bsdf(
+                "roughdielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1.5\"/>",
+            ),
+            vec![],
+            "bad.xml:3: bsdf \"roughdielectric\": needs different \"int_ior\" and \"ext_ior\"",
+        ),
+        (
+            bsdf("twosided\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/></bsdf>"),
+            vec![],
+            "bad.xml:3: bsdf \"mask\" lets light through and cannot be twosided",
         ),
         (
             bsdf("diffuse\"><rgb name=\"reflectance\" value=\"1.5, 0, 0\"/>"),

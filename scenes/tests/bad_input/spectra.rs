@@ -135,7 +135,7 @@ fn media_and_refused_plug_ins_are_told_with_the_reason() {
         ),
         plain(
             "<shape type=\"cube\"><bsdf type=\"polarizer\"/></shape>",
-            "bad.xml:3: bsdf type \"polarizer\" is not understood (light is not polarised here); known: conductor, dielectric, diffuse, null, plastic, roughconductor, twosided",
+            "bad.xml:3: bsdf type \"polarizer\" is not understood (light is not polarised here); known: blendbsdf, bumpmap, coating, conductor, dielectric, difftrans, diffuse, mask, mixturebsdf, normalmap, null, phong, plastic, principled, principledthin, roughcoating, roughconductor, roughdielectric, roughdiffuse, roughplastic, thindielectric, twosided, ward",
         ),
         plain(
             "<shape type=\"hair\"/><shape type=\"hair\"/>",
