@@ -12,6 +12,7 @@ mod far;
 mod geometry;
 mod inverses;
 mod measure;
+mod media;
 mod paths;
 mod scatter;
 mod sensor;

@@ -3,6 +3,7 @@
 mod bad_input;
 mod features;
 mod materials;
+mod media;
 mod meshes;
 mod mutated;
 mod plugins;

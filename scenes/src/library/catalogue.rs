@@ -83,6 +83,12 @@ pub(super) const SCENES: &[LibraryScene] = &[
         "thin-lens",
         "Balls and lamps before a wide lens: light paths can end on the lens itself (t = 0)."
     ),
+    scene!("fog-box", "The room with two blocks, full of fog that scatters forward."),
+    scene!(
+        "volumetric-caustic",
+        "A spotlight on a ball of glass in fog: light that goes through glass, fog and to the eye, \
+         which path tracing never finds."
+    ),
     scene!("env-ball", "Mirror, glass, brushed and matte balls on a disk under a constant sky."),
     scene!(
         "smooth-shading",

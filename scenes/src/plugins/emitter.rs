@@ -21,8 +21,18 @@ pub(super) fn read_area(context: &mut Context<'_>, index: usize) -> Result<Rgb> 
     let mut props = Props::new(context.graph, object);
     let radiance = props.light(context, "radiance")?;
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
+    skip_medium(context, &mut props)?;
     props.finish(context)?;
     Ok(radiance)
+}
+
+/// The boundaries of media tell what is around an emitter.
+fn skip_medium(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<()> {
+    for (_, place) in props.nested("medium")? {
+        let text = "the medium of an emitter is ignored: boundaries tell what is around it";
+        context.note(NoteKind::Ignored, text, place);
+    }
+    Ok(())
 }
 
 /// An emitter that is no surface.
@@ -63,6 +73,7 @@ pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<Emitt
         _ => return Err(support::unknown(object)),
     };
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
+    skip_medium(context, &mut props)?;
     props.finish(context)?;
     Ok(emitter)
 }

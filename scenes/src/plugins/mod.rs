@@ -7,6 +7,7 @@ mod film;
 mod group;
 mod integrator;
 mod ior;
+mod medium;
 mod metals;
 mod props;
 mod scene;

@@ -259,6 +259,19 @@ impl<'a> Props<'a> {
         Ok(found)
     }
 
+    /// The nested object of a class that is given as property `name`; `None` where that is something else.
+    pub(crate) fn named(&mut self, name: &str, class: &str) -> Result<Option<usize>> {
+        let Some(p) = self.object.properties.iter().find(|p| p.name == name) else {
+            return Ok(None);
+        };
+        let target = self.graph.target(p)?;
+        let found = target.filter(|index| self.graph.objects[*index].class == class);
+        if found.is_some() {
+            self.mark(name);
+        }
+        Ok(found)
+    }
+
     /// At most one nested object of a class.
     pub(crate) fn nested_one(&mut self, class: &'static str) -> Result<Option<usize>> {
         match self.nested(class)?.as_slice() {

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use pathspace_core::description::{
-    EmitterDescription, MaterialDescription, MaterialKind, SceneDescription,
+    BoundaryDescription, EmitterDescription, MaterialDescription, MaterialKind, SceneDescription,
 };
 
 use super::integrator::{self, RenderDefaults};
 use super::props::Props;
 use super::shape::Material;
-use super::{Context, bsdf, emitter, group, sensor, support};
+use super::{Context, bsdf, emitter, group, medium, sensor, support};
 use crate::error::{Place, Result, SceneFileError};
 use crate::note::NoteKind;
 use crate::xml::value::Value;
@@ -54,6 +54,11 @@ pub(crate) fn read_scene(
         ..SceneDescription::default()
     };
     read_emitters(context, &mut props, &mut scene)?;
+    let mut media = Media::default();
+    scene.media.sensor = match sensor.medium {
+        Some(medium) => Some(media.object(context, &mut scene, medium)?),
+        None => None,
+    };
     let mut materials = Materials::default();
     for (index, place) in props.nested("bsdf")? {
         // Materials that no shape uses are read as well, so that mistakes in them show.
@@ -69,6 +74,15 @@ pub(crate) fn read_scene(
         let mut all = Vec::new();
         group::read(context, index, &mut all)?;
         for mut shape in all {
+            if let Some(sides) = shape.media {
+                let mut of = |side: Option<usize>| {
+                    side.map(|medium| media.object(context, &mut scene, medium)).transpose()
+                };
+                let [interior, exterior] = [of(sides[0])?, of(sides[1])?];
+                let boundary =
+                    BoundaryDescription { shape: scene.shapes.len(), interior, exterior };
+                scene.media.boundaries.push(boundary);
+            }
             shape.description.material = match shape.material {
                 Material::Object(bsdf) => materials.object(context, &mut scene, bsdf)?,
                 Material::Default(kind) => materials.unnamed(&mut scene, kind),
@@ -141,6 +155,26 @@ fn read_emitters(
     Ok(())
 }
 
+/// Where each medium of the file is in the description.
+#[derive(Default)]
+struct Media(HashMap<usize, usize>);
+
+impl Media {
+    fn object(
+        &mut self,
+        context: &mut Context<'_>,
+        scene: &mut SceneDescription,
+        index: usize,
+    ) -> Result<usize> {
+        if let Some(known) = self.0.get(&index) {
+            return Ok(*known);
+        }
+        scene.media.media.push(medium::read(context, index)?);
+        self.0.insert(index, scene.media.media.len() - 1);
+        Ok(scene.media.media.len() - 1)
+    }
+}
+
 /// Where each bsdf of the file is in the description.
 #[derive(Default)]
 struct Materials {
@@ -159,10 +193,7 @@ impl Materials {
             return Ok(*known);
         }
         let object = &context.graph.objects[index];
-        let name = match &object.id {
-            Some(id) => id.clone(),
-            None => format!("{} (line {})", object.plugin, object.place.line),
-        };
+        let name = object.name();
         let kind = bsdf::read(context, index)?;
         scene.materials.push(MaterialDescription { name, kind });
         self.by_object.insert(index, scene.materials.len() - 1);

@@ -13,6 +13,8 @@ pub(super) struct Sensor {
     pub(super) film: FilmDescription,
     /// Samples per pixel of its sampler.
     pub(super) spp: Option<u32>,
+    /// Index of the medium that it stands in.
+    pub(super) medium: Option<usize>,
 }
 
 /// A sensor of Mitsuba's defaults, for scenes without one.
@@ -20,7 +22,7 @@ pub(super) fn default_sensor() -> Sensor {
     let film = film::default_film();
     let fov_x_degrees = fov_x(diagonal_of_50_mm(), Axis::Diagonal, &film);
     let sensor = SensorDescription { fov_x_degrees, ..SensorDescription::default() };
-    Sensor { sensor, film, spp: None }
+    Sensor { sensor, film, spp: None, medium: None }
 }
 
 /// Reads the sensor with this index.
@@ -40,6 +42,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
         Some(index) => film::read_sampler(context, index)?,
         None => None,
     };
+    let medium = props.nested_one("medium")?;
     let fov_x_degrees = read_fov(&mut props, &film)?;
     let to_world = match props.transform("to_world")? {
         Some(t) => rigid(&props, t)?,
@@ -75,7 +78,7 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
         focus_distance,
         principal_point_offset,
     };
-    Ok(Sensor { sensor, film, spp })
+    Ok(Sensor { sensor, film, spp, medium })
 }
 
 /// Which side of the film an angle spans.

@@ -28,6 +28,8 @@ use crate::note::NoteKind;
 pub(super) struct Shape {
     pub(super) description: ShapeDescription,
     pub(super) material: Material,
+    /// Index of the medium behind the normal and before it, where it bounds one.
+    pub(super) media: Option<[Option<usize>; 2]>,
 }
 
 /// Material of a shape.
@@ -73,8 +75,12 @@ pub(super) fn read(
         Some(index) => Some(emitter::read_area(context, index)?),
         None => None,
     };
+    let media = [props.named("interior", "medium")?, props.named("exterior", "medium")?];
+    let media = media.iter().any(Option::is_some).then_some(media);
     let material = match props.nested_one("bsdf")? {
         Some(index) => Material::Object(index),
+        // In files of 0.x a boundary without a bsdf is index-matched.
+        None if object.old && media.is_some() => Material::Default(MaterialKind::Null),
         // Mitsuba's default is grey 0.5, but black under an emitter.
         None => {
             let reflectance = Rgb::grey(if emission.is_some() { 0.0 } else { 0.5 });
@@ -82,13 +88,10 @@ pub(super) fn read(
         }
     };
     props.finish(context)?;
-    let name = match &object.id {
-        Some(id) => id.clone(),
-        None => format!("{} (line {})", object.plugin, object.place.line),
-    };
+    let name = object.name();
     let description =
         ShapeDescription { name, geometry, to_world, flip_normals, material: 0, emission };
-    Ok(Some(Shape { description, material }))
+    Ok(Some(Shape { description, material, media }))
 }
 
 /// `center` and `radius`. A transform that stretches makes no ellipsoid: as in Mitsuba the radius is that along the own x axis.

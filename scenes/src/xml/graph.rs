@@ -21,6 +21,14 @@ pub(crate) struct Object {
 }
 
 impl Object {
+    /// Its id, or type and line: the name that messages about the built scene use.
+    pub(crate) fn name(&self) -> String {
+        match &self.id {
+            Some(id) => id.clone(),
+            None => format!("{} (line {})", self.plugin, self.place.line),
+        }
+    }
+
     /// `bsdf "diffuse"`, for messages.
     pub(crate) fn title(&self) -> String {
         if self.class == "scene" {

@@ -122,8 +122,8 @@ fn media_and_refused_plug_ins_are_told_with_the_reason() {
     let plain = |body: &str, expected| (scene(body), vec![], expected);
     check(&[
         plain(
-            "<shape type=\"cube\">\n<medium name=\"interior\" type=\"homogeneous\"/></shape>",
-            "bad.xml:4: medium type \"homogeneous\" is not understood; known: nothing",
+            "<shape type=\"cube\">\n<medium name=\"interior\" type=\"milk\"/></shape>",
+            "bad.xml:4: medium type \"milk\" is not understood; known: homogeneous",
         ),
         plain(
             "<shape type=\"cube\"><subsurface type=\"dipole\"/></shape>",
