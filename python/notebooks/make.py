@@ -21,7 +21,7 @@ NOTEBOOKS = {
         "The library has scenes made for such questions.",
         ('scene = ps.library("cornell-caustic", res=64)\nscene.info()',),
         "The same time for three integrators. An image shows itself; `show` sets the exposure, so that the three can be compared.",
-        ('images = {name: ps.render(scene, name, seconds=1.0) for name in ("pt", "bdpt", "mmlt")}',),
+        ('images = {name: ps.render(scene, name, seconds=0.5) for name in ("pt", "bdpt", "mmlt")}',),
         (
             "fig, axes = plt.subplots(1, 3, figsize=(9, 3), layout='constrained')\n"
             "for ax, (name, image) in zip(axes, images.items()):\n"
@@ -56,7 +56,8 @@ NOTEBOOKS = {
         "# Speed against error\n\nWhich integrator is better is a question of error *and* time. Efficiency is 1/(MSE · seconds): twice the efficiency is the same error in half the time.",
         (SETUP,),
         (
-            "found = ps.compare('cornell-caustic', ['pt', 'bdpt', 'mmlt'], seconds=0.05, sweep='0..2', replicates=6, baseline='pt')\n"
+            "scene = ps.library('cornell-caustic', res=48)\n"
+            "found = ps.compare(scene, ['pt', 'bdpt', 'mmlt'], seconds=0.03, sweep='0..2', replicates=4, baseline='pt')\n"
             "found.to_pandas()[['integrator', 'budget', 'seconds', 'spp', 'relmse', 'ratio', 'ratio_low', 'ratio_high']]",
         ),
         "Curves of an unbiased integrator fall with slope −1. The figure is a vector when written as PDF or SVG.",

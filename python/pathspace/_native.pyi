@@ -1,7 +1,7 @@
 """The engine, compiled. What people use is in the modules beside it."""
 
 import os
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Sequence, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,34 @@ class Integrators:
     def list(self) -> list[tuple[str, str]]: ...
     def usual(self) -> list[str]: ...
 
+class Changes(TypedDict):
+    size: tuple[int, int] | None
+    crop: tuple[int, int, int, int] | None
+    max_depth: int | None
+    box_filter: bool | None
+
+class SessionOptions(TypedDict):
+    seed: int
+    layers: Sequence[str]
+    threads: int | None
+    shard: tuple[int, int] | None
+    resume: Path | None
+
+class ValidateOptions(TypedDict):
+    seed: int
+    alpha: float
+    replicates: int
+    rays: int
+    mdb: float
+    threads: int | None
+
+class Replicate(TypedDict):
+    spp: int | None
+    seconds: float | None
+    replicate: int
+    seed: int
+    threads: int
+
 class Scene:
     name: str
     asked: str
@@ -34,31 +62,20 @@ class Scene:
     origin: tuple[int, int]
     max_depth: int | None
     @staticmethod
-    def from_file(path: Path, params: Params, **changes: Any) -> Scene: ...
+    def from_file(path: Path, params: Params, changes: Changes) -> Scene: ...
     @staticmethod
-    def from_text(text: str, file: str, params: Params, **changes: Any) -> Scene: ...
+    def from_text(text: str, file: str, params: Params, changes: Changes) -> Scene: ...
     @staticmethod
-    def from_library(name: str, params: Params, **changes: Any) -> Scene: ...
+    def from_library(name: str, params: Params, changes: Changes) -> Scene: ...
     @staticmethod
-    def from_files(files: dict[str, bytes], path: str, params: Params, **changes: Any) -> Scene: ...
+    def from_files(files: dict[str, bytes], path: str, params: Params, changes: Changes) -> Scene: ...
     @staticmethod
     def files(path: str, text: str | None, params: Params) -> dict[str, bytes]: ...
     def info(self) -> dict[str, Any]: ...
 
 class Session:
     spec: str
-    def __init__(
-        self,
-        integrators: Integrators,
-        scene: Scene,
-        spec: str,
-        *,
-        seed: int,
-        layers: Sequence[str],
-        threads: int | None = None,
-        shard: tuple[int, int] | None = None,
-        resume: Path | None = None,
-    ) -> None: ...
+    def __init__(self, integrators: Integrators, scene: Scene, spec: str, options: SessionOptions) -> None: ...
     def run(
         self,
         spp: int | None = None,
@@ -98,29 +115,10 @@ def intersect(scene: Scene, o: F32, d: F32) -> Hits: ...
 def agree(a: list[F32], b: list[F32], alpha: float, limit: float, seconds: list[list[float]]) -> str: ...
 def command(integrators: Integrators, arguments: list[str]) -> int: ...
 def validate(
-    integrators: Integrators,
-    scene: Scene,
-    specs: list[str],
-    *,
-    seed: int,
-    alpha: float,
-    replicates: int,
-    rays: int,
-    mdb: float,
-    threads: int | None,
+    integrators: Integrators, scene: Scene, specs: list[str], options: ValidateOptions
 ) -> tuple[str, str, bool]: ...
 def render_cell(
-    integrators: Integrators,
-    scene: Scene,
-    spec: str,
-    *,
-    spp: int | None,
-    seconds: float | None,
-    replicate: int,
-    seed: int,
-    threads: int,
-    folder: Path,
-    ask: bool = False,
+    integrators: Integrators, scene: Scene, spec: str, replicate: Replicate, folder: Path, *, ask: bool = False
 ) -> bool: ...
 def read_image(path: Path) -> tuple[F32, float | None]: ...
 def write_image(

@@ -172,26 +172,12 @@ def _cell(
     source: Source,
     key: str,
     integrator: str,
-    budget: tuple[int | None, float | None],
-    replicate: int,
-    seed: int,
-    threads: int,
+    replicate: dict[str, Any],
 ) -> tuple[str, bytes]:
     """One render of a comparison: name and content of its file."""
     scene, engine = _scene(source, key), registry.engine()
-    spp, seconds = budget
     with tempfile.TemporaryDirectory(prefix="pathspace-cell-") as folder:
-        engine.render_cell(
-            engine.integrators,
-            scene.native,
-            integrator,
-            spp=spp,
-            seconds=seconds,
-            replicate=replicate,
-            seed=seed,
-            threads=threads,
-            folder=folder,
-        )
+        engine.render_cell(engine.integrators, scene.native, integrator, replicate, folder)
         [path] = Path(folder).glob("*.cell")
         return path.name, path.read_bytes()
 
@@ -204,23 +190,15 @@ def cells_on(client: Any, scenes: list[Scene], experiment: dict[str, Any], folde
     jobs = []
     for scene in scenes:
         bundle, key = _scatter(client, scene)
-        for replicate in range(experiment["replicates"]):
-            for budget in _budgets(experiment):
+        for number in range(experiment["replicates"]):
+            for spp, seconds in _budgets(experiment):
+                replicate = {
+                    "spp": spp, "seconds": seconds, "replicate": number, "seed": seed, "threads": threads,
+                }
                 for integrator in experiment["integrators"]:
-                    there = engine.render_cell(
-                        engine.integrators,
-                        scene.native,
-                        integrator,
-                        spp=budget[0],
-                        seconds=budget[1],
-                        replicate=replicate,
-                        seed=seed,
-                        threads=threads,
-                        folder=folder,
-                        ask=True,
-                    )
-                    if not there:
-                        jobs.append((bundle, key, integrator, budget, replicate, seed, threads))
+                    job = (engine.integrators, scene.native, integrator, replicate, folder)
+                    if not engine.render_cell(*job, ask=True):
+                        jobs.append((bundle, key, integrator, replicate))
 
     def submit(n: int) -> Any:
         return client.submit(_cell, *jobs[n], pure=False)

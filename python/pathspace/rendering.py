@@ -95,16 +95,8 @@ class Session:
             if not 0 <= shard[0] < shard[1]:
                 raise ValueError("a shard is (i, n) with 1 <= i <= n")
         engine = registry.engine()
-        self.native = engine.Session(
-            engine.integrators,
-            self.scene.native,
-            integrator,
-            seed=seed,
-            layers=list(layers),
-            threads=threads,
-            shard=shard,
-            resume=_resume,
-        )
+        options = {"seed": seed, "layers": list(layers), "threads": threads, "shard": shard, "resume": _resume}
+        self.native = engine.Session(engine.integrators, self.scene.native, integrator, options)
         self._shards = 1 if shard is None else shard[1]
 
     @classmethod

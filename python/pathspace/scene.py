@@ -27,15 +27,15 @@ class Source:
     def load(self) -> Scene:
         """The scene."""
         made = registry.engine().Scene
-        params, changes = list(self.params), dict(self.changes)
+        params, changes = list(self.params), _UNCHANGED | dict(self.changes)
         if self.kind == "file":
-            native = made.from_file(self.text, params, **changes)
+            native = made.from_file(self.text, params, changes)
         elif self.kind == "library":
-            native = made.from_library(self.text, params, **changes)
+            native = made.from_library(self.text, params, changes)
         elif self.kind == "files":
-            native = made.from_files(dict(self.files), self.text, params, **changes)
+            native = made.from_files(dict(self.files), self.text, params, changes)
         else:
-            native = made.from_text(self.text, _DICTIONARY, params, **changes)
+            native = made.from_text(self.text, _DICTIONARY, params, changes)
         return Scene(native, self)
 
     def packed(self) -> Source:
@@ -51,6 +51,8 @@ class Source:
             main = _DICTIONARY
         return replace(self, kind="files", text=main, files=files)
 
+
+_UNCHANGED = {"size": None, "crop": None, "max_depth": None, "box_filter": None}
 
 # Files that a dictionary names are looked for in the working directory.
 _DICTIONARY = "dictionary.xml"

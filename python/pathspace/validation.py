@@ -68,17 +68,10 @@ def validate(
     if any(callable(i) for i in integrators):
         return _by_images(scene, integrators, seed, spp, alpha, replicates, threads)
     engine = registry.engine()
-    told, text, passed = engine.validate(
-        engine.integrators,
-        scene.native,
-        list(integrators),
-        seed=seed,
-        alpha=alpha,
-        replicates=replicates,
-        rays=rays,
-        mdb=mdb,
-        threads=threads,
-    )
+    options = {
+        "seed": seed, "alpha": alpha, "replicates": replicates, "rays": rays, "mdb": mdb, "threads": threads,
+    }
+    told, text, passed = engine.validate(engine.integrators, scene.native, list(integrators), options)
     details = json.loads(told)
     pairs = [
         PairVerdict(p["a"], p["b"], p["outcome"], p["p"], p["mdb"])

@@ -14,23 +14,30 @@ use crate::error::failed;
 use crate::scene::Scene;
 use crate::worker::pool;
 
-/// Renders one replicate and keeps it in `folder`, where `pathspace compare` finds it; or only asks (`ask`). True where it was there already.
-#[pyfunction]
-#[pyo3(signature = (integrators, scene, spec, *, spp, seconds, replicate, seed, threads, folder, ask=false))]
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn render_cell(
-    py: Python<'_>,
-    integrators: &Integrators,
-    scene: &Scene,
-    spec: &str,
+/// One replicate of an experiment, a dictionary.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Replicate {
     spp: Option<u64>,
     seconds: Option<f64>,
     replicate: u32,
     seed: u64,
     threads: usize,
+}
+
+/// Renders one replicate and keeps it in `folder`, where `pathspace compare` finds it; or only asks (`ask`). True where it was there already.
+#[pyfunction]
+#[pyo3(signature = (integrators, scene, spec, replicate, folder, *, ask=false))]
+pub(crate) fn render_cell(
+    py: Python<'_>,
+    integrators: &Integrators,
+    scene: &Scene,
+    spec: &str,
+    replicate: Replicate,
     folder: PathBuf,
     ask: bool,
 ) -> PyResult<bool> {
+    let Replicate { spp, seconds, replicate, seed, threads } = replicate;
     let budget = match (spp, seconds) {
         (Some(n), _) => Budget::Samples(n),
         (None, Some(s)) => Budget::Seconds(s),

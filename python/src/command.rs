@@ -20,22 +20,28 @@ pub(crate) fn command(py: Python<'_>, integrators: &Integrators, arguments: Vec<
     py.detach(|| cli::status_from(registry(), arguments))
 }
 
-/// Compares integrators on a scene, every pair; the answer is a JSON report, its text, and whether nothing is wrong.
-#[pyfunction]
-#[pyo3(signature = (integrators, scene, specs, *, seed, alpha, replicates, rays, mdb, threads))]
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn validate(
-    py: Python<'_>,
-    integrators: &Integrators,
-    scene: &Scene,
-    specs: Vec<String>,
+/// How `validate` compares, a dictionary.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Options {
     seed: u64,
     alpha: f64,
     replicates: usize,
     rays: u64,
     mdb: f64,
     threads: Option<usize>,
+}
+
+/// Compares integrators on a scene, every pair; the answer is a JSON report, its text, and whether nothing is wrong.
+#[pyfunction]
+pub(crate) fn validate(
+    py: Python<'_>,
+    integrators: &Integrators,
+    scene: &Scene,
+    specs: Vec<String>,
+    options: Options,
 ) -> PyResult<(String, String, bool)> {
+    let Options { seed, alpha, replicates, rays, mdb, threads } = options;
     let defaults = Defaults { rules: scene.rules };
     let mut made = Vec::new();
     for spec in &specs {

@@ -32,22 +32,28 @@ pub struct Session {
     shard: Shard,
 }
 
+/// What a session is beside scene and integrator, a dictionary.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Options {
+    seed: u64,
+    layers: Vec<String>,
+    threads: Option<usize>,
+    shard: Option<(u32, u32)>,
+    resume: Option<PathBuf>,
+}
+
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (integrators, scene, spec, *, seed, layers, threads=None, shard=None, resume=None))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         integrators: &Integrators,
         scene: &Scene,
         spec: &str,
-        seed: u64,
-        layers: Vec<String>,
-        threads: Option<usize>,
-        shard: Option<(u32, u32)>,
-        resume: Option<PathBuf>,
+        options: Options,
     ) -> PyResult<Self> {
+        let Options { seed, layers, threads, shard, resume } = options;
         let shard = match shard {
             None => Shard::WHOLE,
             Some((index, count)) => Shard::new(index, count).map_err(failed)?,

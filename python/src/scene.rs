@@ -3,14 +3,15 @@
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pathspace::core::Scene as World;
 use pathspace::core::description::{
-    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, ReliefMap, SceneDescription,
-    ShapeGeometry,
+    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, ReliefMap,
+    SceneDescription, ShapeGeometry,
 };
 use pathspace::core::path::WalkRules;
 use pathspace::scenes::{
@@ -63,13 +64,14 @@ struct Contents {
     bytes: usize,
 }
 
-/// What a caller changes of a scene's film and depth.
-#[derive(Default)]
+/// What a caller changes of a scene's film and depth, a dictionary; what is `None` stays.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 struct Changes {
     size: Option<[u32; 2]>,
     crop: Option<[u32; 4]>,
     max_depth: Option<i32>,
-    box_filter: bool,
+    box_filter: Option<bool>,
 }
 
 type Params = Vec<(String, String)>;
@@ -78,92 +80,63 @@ type Params = Vec<(String, String)>;
 impl Scene {
     /// Reads a file.
     #[staticmethod]
-    #[pyo3(signature = (path, params, *, size=None, crop=None, max_depth=None, box_filter=false))]
     fn from_file(
         py: Python<'_>,
         path: PathBuf,
         params: Params,
-        size: Option<[u32; 2]>,
-        crop: Option<[u32; 4]>,
-        max_depth: Option<i32>,
-        box_filter: bool,
+        changes: Changes,
     ) -> PyResult<Self> {
-        let changes = Changes { size, crop, max_depth, box_filter };
         let asked = path.display().to_string();
-        py.detach(|| {
-            if path.is_dir() {
-                return Err(bad_scene(format!("{asked}: is a directory, not a scene file")));
-            }
-            let loaded = scenes::load(&path, &params).map_err(bad_scene)?;
-            Scene::build(asked, loaded, &changes)
-        })
+        if path.is_dir() {
+            return Err(bad_scene(format!("{asked}: is a directory, not a scene file")));
+        }
+        Scene::read(py, asked, &changes, || scenes::load(&path, &params))
     }
 
     /// Reads a text; `file` is its name in messages, files that it refers to are looked for in the folder of `file`.
     #[staticmethod]
-    #[pyo3(signature = (text, file, params, *, size=None, crop=None, max_depth=None, box_filter=false))]
-    #[allow(clippy::too_many_arguments)]
     fn from_text(
         py: Python<'_>,
         text: &str,
         file: &str,
         params: Params,
-        size: Option<[u32; 2]>,
-        crop: Option<[u32; 4]>,
-        max_depth: Option<i32>,
-        box_filter: bool,
+        changes: Changes,
     ) -> PyResult<Self> {
-        let changes = Changes { size, crop, max_depth, box_filter };
-        py.detach(|| {
-            let loaded = scenes::load_str(text, file, &Disk, &params).map_err(bad_scene)?;
-            let name = Path::new(file).file_name().map(|n| n.to_string_lossy().into_owned());
-            Scene::build(name.unwrap_or_else(|| file.into()), loaded, &changes)
+        let name = Path::new(file).file_name().map(|n| n.to_string_lossy().into_owned());
+        Scene::read(py, name.unwrap_or_else(|| file.into()), &changes, || {
+            scenes::load_str(text, file, &Disk, &params)
         })
     }
 
     /// Takes a scene of the library.
     #[staticmethod]
-    #[pyo3(signature = (name, params, *, size=None, crop=None, max_depth=None, box_filter=false))]
     fn from_library(
         py: Python<'_>,
         name: &str,
         params: Params,
-        size: Option<[u32; 2]>,
-        crop: Option<[u32; 4]>,
-        max_depth: Option<i32>,
-        box_filter: bool,
+        changes: Changes,
     ) -> PyResult<Self> {
-        let changes = Changes { size, crop, max_depth, box_filter };
-        py.detach(|| {
-            let Some(scene) = scenes::library::find(name) else {
-                let known: Vec<&str> = scenes::library::all().iter().map(|s| s.name).collect();
-                let known = known.join(", ");
-                return Err(bad_scene(format!("no scene '{name}' in the library ({known})")));
-            };
-            Scene::build(name.into(), scene.load(&params).map_err(bad_scene)?, &changes)
-        })
+        let Some(scene) = scenes::library::find(name) else {
+            let known: Vec<&str> = scenes::library::all().iter().map(|s| s.name).collect();
+            let known = known.join(", ");
+            return Err(bad_scene(format!("no scene '{name}' in the library ({known})")));
+        };
+        Scene::read(py, name.into(), &changes, || scene.load(&params))
     }
 
     /// Builds a scene from files in memory, such as those of [`Scene::files`].
     #[staticmethod]
-    #[pyo3(signature = (files, path, params, *, size=None, crop=None, max_depth=None, box_filter=false))]
-    #[allow(clippy::too_many_arguments)]
     fn from_files(
         py: Python<'_>,
         files: HashMap<String, Vec<u8>>,
         path: &str,
         params: Params,
-        size: Option<[u32; 2]>,
-        crop: Option<[u32; 4]>,
-        max_depth: Option<i32>,
-        box_filter: bool,
+        changes: Changes,
     ) -> PyResult<Self> {
-        let changes = Changes { size, crop, max_depth, box_filter };
-        py.detach(|| {
+        Scene::read(py, path.into(), &changes, || {
             let mut source = Memory::new();
             files.into_iter().for_each(|(name, bytes)| source.insert(name, bytes));
-            let loaded = scenes::load_from(&source, Path::new(path), &params).map_err(bad_scene)?;
-            Scene::build(path.into(), loaded, &changes)
+            scenes::load_from(&source, Path::new(path), &params)
         })
     }
 
@@ -235,6 +208,16 @@ impl Scene {
 }
 
 impl Scene {
+    /// What `load` gives, with the changes, made while other threads of Python go on.
+    fn read<E: Display>(
+        py: Python<'_>,
+        asked: String,
+        changes: &Changes,
+        load: impl FnOnce() -> Result<LoadedScene, E> + Send,
+    ) -> PyResult<Self> {
+        py.detach(|| Scene::build(asked, load().map_err(bad_scene)?, changes))
+    }
+
     fn build(asked: String, mut loaded: LoadedScene, changes: &Changes) -> PyResult<Self> {
         let film = &mut loaded.description.film;
         if let Some([width, height]) = changes.size {
@@ -244,7 +227,7 @@ impl Scene {
         if let Some([x, y, width, height]) = changes.crop {
             film.crop = Crop { x, y, width, height };
         }
-        if changes.box_filter {
+        if changes.box_filter == Some(true) {
             film.filter = FilterKind::Box;
         }
         let film = *film;

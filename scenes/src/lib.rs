@@ -23,6 +23,7 @@
 
 mod bitmap;
 pub mod error;
+pub mod floats;
 pub mod library;
 mod load;
 mod mesh;

@@ -294,6 +294,9 @@ pub(super) struct CompareArgs {
     /// Directory for the charts as SVG and PDF.
     #[arg(long, value_name = "DIR")]
     pub(super) plots: Option<PathBuf>,
+    /// Exposure of the pictures in stops, or auto; the same for all of a scene.
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value = "0")]
+    pub(super) exposure: Stops,
     /// Print one JSON object as the last line.
     #[arg(long)]
     pub(super) json: bool,
@@ -327,6 +330,7 @@ impl CompareArgs {
             references: None,
             output: Some("out".into()),
             plots: None,
+            exposure: Stops::default(),
             json: false,
         }
     }

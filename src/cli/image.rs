@@ -1,5 +1,6 @@
 //! A film as files to look at.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -24,6 +25,25 @@ pub(super) enum Stops {
 impl Default for Stops {
     fn default() -> Self {
         Stops::Fixed(0.0)
+    }
+}
+
+impl Stops {
+    /// What radiance is multiplied by, where it is given.
+    pub(super) fn factor(self) -> Option<f64> {
+        match self {
+            Stops::Fixed(s) => Some(s.exp2()),
+            Stops::Auto => None,
+        }
+    }
+}
+
+impl fmt::Display for Stops {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stops::Fixed(s) => s.fmt(f),
+            Stops::Auto => f.write_str("auto"),
+        }
     }
 }
 

@@ -18,7 +18,6 @@ use pathspace_core::integrator::Integrator;
 use pathspace_integrators::{Defaults, Registry, radiosity};
 
 use super::args::NeumannArgs;
-use super::image::Stops;
 use super::progress::Progress;
 use super::scene::{Prepared, pool, prepare};
 use super::table::{Table, figure, percent};
@@ -75,10 +74,7 @@ pub(super) fn neumann(
     let film = *exposed.film.description();
     let crop = film.crop;
     let whole = &ours.sums[ours.sums.len() - 1];
-    let light = match args.exposure {
-        Stops::Auto => exposure(whole),
-        Stops::Fixed(stops) => stops.exp2(),
-    };
+    let light = args.exposure.factor().unwrap_or_else(|| exposure(whole));
     let rows: Vec<SheetRow> = series.iter().flat_map(|s| s.rows()).collect();
     let sheet = labelled_sheet(&rows, crop.width as usize, crop.height as usize, light);
     let layers: Vec<NamedLayer> =

@@ -75,23 +75,10 @@ fn our_own_renders_by_two_integrators_agree_and_bring_their_seconds() {
         for seed in 1..=5 {
             let file = folder.file(&format!("{integrator}-{seed}.exr"));
             let seed = seed.to_string();
-            json(&[
-                "render",
-                "furnace",
-                "--size",
-                "16x16",
-                "--max-depth",
-                "4",
-                "-i",
-                integrator,
-                "--spp",
-                "16",
-                "--seed",
-                &seed,
-                "-o",
-                &file,
-                "--json",
-            ]);
+            json(&words(&format!(
+                "render furnace --size 16x16 --max-depth 4 -i {integrator} --spp 16 \
+                 --seed {seed} -o {file} --json"
+            )));
             args.push(file);
         }
     }

@@ -8,15 +8,6 @@ fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&SCENE[..], more].concat()
 }
 
-/// Runs a command that must fail with one line and exit status 2.
-fn failure(args: &[&str]) -> String {
-    let output = run(args);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
-    message
-}
-
 #[test]
 fn stop_and_resume_is_the_same_image_to_the_bit() {
     let folder = Folder::new();
@@ -93,7 +84,8 @@ fn a_checkpoint_of_another_build_is_refused() {
     std::fs::copy(env!("CARGO_BIN_EXE_pathspace"), &other).unwrap();
     std::fs::write(&other, program).unwrap();
     let args = with(&["--spp", "1", "--checkpoint", &save]);
-    let made = std::process::Command::new(&other).args(&args).output().unwrap();
+    let mut made = std::process::Command::new(&other);
+    let made = made.args(&args).current_dir(folder.path()).output().unwrap();
     assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
     let message = failure(&args);
     assert!(
@@ -167,25 +159,11 @@ fn places_that_can_not_be_used_are_found_before_the_rendering() {
 mod signals {
     use super::*;
     use std::process::{Child, Stdio};
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
     fn spawn(args: &[&str]) -> Child {
         let mut command = command();
         command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-    }
-
-    fn signal(child: &Child, signal: libc::c_int) {
-        // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
-        unsafe { libc::kill(child.id() as libc::pid_t, signal) };
-    }
-
-    /// Waits until `path` is another file than `before`.
-    fn wait_for_change(path: &str, before: &Option<Vec<u8>>) {
-        let begun = Instant::now();
-        while std::fs::read(path).ok() == *before {
-            assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint in a minute");
-            std::thread::sleep(Duration::from_millis(5));
-        }
     }
 
     /// The image after `spp` samples in one piece.

@@ -1,30 +1,17 @@
 //! `pathspace compare`.
 
+use std::time::Instant;
+
 use crate::support::*;
 
 #[test]
 fn equal_integrators_agree_and_the_object_is_complete() {
     let folder = Folder::new();
     let dir = folder.file("new/out");
-    let v = json(&[
-        "compare",
-        "cornell-box",
-        "-i",
-        "pt",
-        "-i",
-        "lt",
-        "--size",
-        "32x32",
-        "--max-depth",
-        "4",
-        "--spp",
-        "24",
-        "--replicates",
-        "16",
-        "-o",
-        &dir,
-        "--json",
-    ]);
+    let v = json(&words(&format!(
+        "compare cornell-box -i pt -i lt --size 32x32 --max-depth 4 --spp 24 \
+         --replicates 16 -o {dir} --json"
+    )));
     assert_eq!((&v["scene"], &v["replicates"]), (&"cornell-box".into(), &16.into()));
     let integrators = v["integrators"].as_array().unwrap();
     assert_eq!(integrators.len(), 2);
@@ -55,21 +42,10 @@ fn equal_integrators_agree_and_the_object_is_complete() {
 
 #[test]
 fn different_depths_differ_and_that_is_the_exit_status() {
-    let output = run(&[
-        "compare",
-        "cornell-box",
-        "-i",
-        "lt:max_depth=2",
-        "-i",
-        "lt:max_depth=3",
-        "--size",
-        "16x16",
-        "--spp",
-        "128",
-        "--replicates",
-        "8",
-        "--json",
-    ]);
+    let output = run(&words(
+        "compare cornell-box -i lt:max_depth=2 -i lt:max_depth=3 --size 16x16 \
+         --spp 128 --replicates 8 --json",
+    ));
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let pair = &last_line(&output)["pairs"][0];
     assert_eq!((&pair["verdict"], &pair["image"]["verdict"]), (&"differ".into(), &"differ".into()));
@@ -89,22 +65,10 @@ fn different_depths_differ_and_that_is_the_exit_status() {
 
 #[test]
 fn what_light_tracing_can_not_make_is_left_out_and_said() {
-    let output = run(&[
-        "compare",
-        "cornell-caustic",
-        "-i",
-        "pt",
-        "-i",
-        "lt",
-        "--size",
-        "32x32",
-        "--spp",
-        "64",
-        "--replicates",
-        "16",
-        "--json",
-        "--verbose",
-    ]);
+    let output = run(&words(
+        "compare cornell-caustic -i pt -i lt --size 32x32 --spp 64 --replicates 16 \
+         --json --verbose",
+    ));
     let v = last_line(&output);
     let pair = &v["pairs"][0];
     assert_ne!(pair["verdict"], "differ", "{pair}");
@@ -145,21 +109,8 @@ fn all_registered_integrators_take_part_unless_named() {
 
 #[test]
 fn the_same_integrator_twice_has_independent_replicates() {
-    let v = json(&[
-        "compare",
-        "cornell-box",
-        "-i",
-        "pt",
-        "-i",
-        "pt",
-        "--size",
-        "16x16",
-        "--spp",
-        "8",
-        "--replicates",
-        "4",
-        "--json",
-    ]);
+    let v =
+        json(&words("compare cornell-box -i pt -i pt --size 16x16 --spp 8 --replicates 4 --json"));
     assert_eq!(v["integrators"][1]["integrator"], "pt#2");
     assert_ne!(v["integrators"][0]["mean"], v["integrators"][1]["mean"]);
     assert_eq!(v["pairs"][0]["tiles"], serde_json::Value::Null);
@@ -168,23 +119,10 @@ fn the_same_integrator_twice_has_independent_replicates() {
 #[test]
 fn figures_do_not_depend_on_the_number_of_threads() {
     let mse = |threads: &str| {
-        let v = json(&[
-            "compare",
-            "cornell-box",
-            "-i",
-            "pt",
-            "-i",
-            "lt",
-            "--size",
-            "40x40",
-            "--spp",
-            "2",
-            "--replicates",
-            "3",
-            "--threads",
-            threads,
-            "--json",
-        ]);
+        let v = json(&words(&format!(
+            "compare cornell-box -i pt -i lt --size 40x40 --spp 2 --replicates 3 \
+             --threads {threads} --json"
+        )));
         (v["integrators"][0]["mse"].clone(), v["pairs"][0]["p"].clone())
     };
     assert_eq!(mse("1"), mse("3"));
@@ -192,45 +130,21 @@ fn figures_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn seconds_are_those_of_one_replicate() {
-    let v = json(&[
-        "compare",
-        "cornell-box",
-        "-i",
-        "pt",
-        "--size",
-        "32x32",
-        "--seconds",
-        "0.4",
-        "--replicates",
-        "3",
-        "--json",
-    ]);
+    let line = "compare cornell-box -i pt --size 32x32 --seconds 0.4 --replicates 3 --json";
+    let begin = Instant::now();
+    let v = json(&words(line));
     let seconds = v["integrators"][0]["seconds"].as_f64().unwrap();
-    assert!((seconds / 0.4 - 1.0).abs() < 0.1, "{seconds}");
+    // Three of them, one after the other, fit into the time of the whole command, however busy the machine is; three times their sum would not.
+    assert!(3.0 * seconds <= begin.elapsed().as_secs_f64(), "{seconds}");
+    assert!(seconds > 0.0 && v["integrators"][0]["spp"].as_f64().unwrap() > 0.0, "{v}");
 }
 
 /// What a person reads without asking for more: verdicts, the best, a row each, and what to type next.
 #[test]
 fn the_first_screen_is_short_and_its_commands_run() {
     let folder = Folder::new();
-    let args = [
-        "compare",
-        "cornell-box",
-        "-i",
-        "pt",
-        "-i",
-        "bdpt",
-        "-i",
-        "lt",
-        "--size",
-        "8x8",
-        "--spp",
-        "2",
-        "--replicates",
-        "4",
-        "-o",
-        "out",
-    ];
+    let args =
+        words("compare cornell-box -i pt -i bdpt -i lt --size 8x8 --spp 2 --replicates 4 -o out");
     let output = run_in(folder.path(), &args);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let text = stdout(&output);

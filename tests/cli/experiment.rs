@@ -77,21 +77,8 @@ fn an_experiment_file_gives_results_curves_and_pictures() {
 #[test]
 fn the_table_of_points_has_a_line_for_each() {
     let folder = Folder::new();
-    let args = [
-        "compare",
-        "furnace",
-        "cornell-box",
-        "-i",
-        "pt",
-        "--size",
-        "8x8",
-        "--sweep",
-        "1..2",
-        "--replicates",
-        "3",
-        "-o",
-        "out",
-    ];
+    let args =
+        words("compare furnace cornell-box -i pt --size 8x8 --sweep 1..2 --replicates 3 -o out");
     let output = run_in(folder.path(), &args);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let csv = std::fs::read_to_string(folder.path().join("out/results.csv")).unwrap();
@@ -105,23 +92,10 @@ fn the_table_of_points_has_a_line_for_each() {
 #[test]
 fn killed_at_any_moment_it_goes_on_and_ends_the_same() {
     let folder = Folder::new();
-    let args = [
-        "compare",
-        "cornell-box",
-        "-i",
-        "pt",
-        "-i",
-        "bdpt",
-        "--size",
-        "24x24",
-        "--spp",
-        "64",
-        "--replicates",
-        "8",
-        "--max-depth",
-        "5",
-        "-o",
-    ];
+    let args = words(
+        "compare cornell-box -i pt -i bdpt --size 24x24 --spp 64 --replicates 8 \
+         --max-depth 5 -o",
+    );
     let whole = run_in(folder.path(), &[&args[..], &["whole"]].concat());
     assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
     let cells = folder.path().join("out/cells");
@@ -184,22 +158,10 @@ fn a_reference_is_built_once_and_measured_against() {
     assert!(made["relative_error"].as_f64().unwrap() <= 0.02);
     assert_eq!(last_line(&reference(&["--error", "0.02"]))["cached"], true);
 
-    let args = [
-        "compare",
-        "furnace",
-        "--size",
-        "8x8",
-        "-i",
-        "lt",
-        "--spp",
-        "16",
-        "--replicates",
-        "8",
-        "--references",
-        "references",
-        "-o",
-        "out",
-    ];
+    let args = words(
+        "compare furnace --size 8x8 -i lt --spp 16 --replicates 8 \
+         --references references -o out",
+    );
     let output = run_in(folder.path(), &args);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("errors are measured against a reference"));
@@ -215,20 +177,10 @@ fn integrators_that_differ_make_no_reference() {
     let folder = Folder::new();
     let output = run_in(
         folder.path(),
-        &[
-            "reference",
-            "cornell-box",
-            "--size",
-            "8x8",
-            "-i",
-            "lt:max_depth=2",
-            "-i",
-            "lt:max_depth=3",
-            "--error",
-            "0.5",
-            "--seconds",
-            "0.05",
-        ],
+        &words(
+            "reference cornell-box --size 8x8 -i lt:max_depth=2 -i lt:max_depth=3 \
+             --error 0.5 --seconds 0.05",
+        ),
     );
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("differ (p = "), "{}", stderr(&output));
@@ -241,22 +193,10 @@ fn renderers_that_are_absent_are_left_out_with_a_line() {
     let folder = Folder::new();
     let output = run_in(
         folder.path(),
-        &[
-            "compare",
-            "furnace",
-            "-i",
-            "pt",
-            "-i",
-            "external:command=no-such-renderer",
-            "--size",
-            "8x8",
-            "--spp",
-            "1",
-            "--replicates",
-            "2",
-            "-o",
-            "out",
-        ],
+        &words(
+            "compare furnace -i pt -i external:command=no-such-renderer --size 8x8 --spp 1 \
+             --replicates 2 -o out",
+        ),
     );
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("external:command=no-such-renderer is not there"));

@@ -13,15 +13,6 @@ fn render<'a>(more: &[&'a str]) -> Vec<&'a str> {
     args
 }
 
-/// Runs a command that must fail with one line and exit status 2.
-fn failure(args: &[&str]) -> String {
-    let output = run(args);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
-    message
-}
-
 #[test]
 fn merged_shards_are_the_image_in_one_piece() {
     let folder = Folder::new();
@@ -100,11 +91,8 @@ fn shards_that_were_stopped_are_not_taken_for_whole_ones() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    while !std::path::Path::new(&b).exists() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
-    unsafe { libc::kill(child.id() as libc::pid_t, libc::SIGTERM) };
+    wait_for_change(&b, &None);
+    signal(&child, libc::SIGTERM);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(143), "{}", stderr(&output));
     let message = failure(&["merge", &b, "-o", &out]);

@@ -54,22 +54,11 @@ fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
         let channels = ["1", "2", "7"].map(|threads| {
             let out = folder.file(&format!("{integrator}{threads}.exr"));
             // More than one chunk of 1024 items each.
-            let args = [
-                "render",
-                "cornell-caustic",
-                "--size",
-                "72x50",
-                "-i",
-                integrator,
-                "--spp",
-                "2",
-                "--threads",
-                threads,
-                "--layers",
-                "length",
-                "-o",
-                &out,
-            ];
+            let line = format!(
+                "render cornell-caustic --size 72x50 -i {integrator} --spp 2 \
+                 --threads {threads} --layers length -o {out}"
+            );
+            let args = words(&line);
             assert_eq!(run(&args).status.code(), Some(0));
             Exr::read(&out).channels
         });
@@ -149,16 +138,12 @@ fn the_png_beside_it_has_the_size_of_the_image() {
     assert!((200..255).contains(&brightest), "{brightest}");
 }
 
+/// Which step is the last is a rule of the budget, which is tested there without a clock.
 #[test]
-fn seconds_end_within_a_tenth_of_the_budget() {
-    for seconds in [0.5, 1.5] {
-        let budget = seconds.to_string();
-        let v = json(&small("cornell-box", &["--seconds", &budget, "--no-image", "--json"]));
-        let spent = v["seconds"].as_f64().unwrap();
-        assert!((spent / seconds - 1.0).abs() < 0.1, "{spent} of {seconds}");
-        assert_eq!(v["output"], serde_json::Value::Null);
-        assert_eq!(v["complete"], true);
-    }
+fn a_budget_of_seconds_ends_the_render() {
+    let v = json(&small("cornell-box", &words("--seconds 0.5 --no-image --json")));
+    assert!(v["samples_per_pixel"].as_f64().unwrap() >= 1.0);
+    assert_eq!((&v["output"], &v["complete"]), (&serde_json::Value::Null, &true.into()));
 }
 
 /// Without `-o` the image is called as the scene, and stands where the command was called.
@@ -231,20 +216,9 @@ fn exposure_is_in_stops() {
     let level = |stops: &str| {
         let out = folder.file("a.png");
         // The background is 1 everywhere.
-        let args = [
-            "render",
-            "furnace",
-            "--size",
-            "8x8",
-            "--spp",
-            "1",
-            "--max-depth",
-            "1",
-            "--exposure",
-            stops,
-            "-o",
-            &out,
-        ];
+        let line =
+            format!("render furnace --size 8x8 --spp 1 --max-depth 1 --exposure {stops} -o {out}");
+        let args = words(&line);
         assert_eq!(run(&args).status.code(), Some(0));
         image::open(&out).unwrap().to_rgb8().get_pixel(0, 0).0[1]
     };
@@ -308,27 +282,26 @@ fn notes_of_the_reader_are_told_once_and_harmless_ones_where_asked_for() {
 mod signals {
     use super::*;
     use std::process::Stdio;
-    use std::time::{Duration, Instant};
 
     #[test]
     fn ctrl_c_keeps_what_is_rendered() {
-        for signal in [libc::SIGINT, libc::SIGTERM] {
+        for number in [libc::SIGINT, libc::SIGTERM] {
             let folder = Folder::new();
-            let out = folder.file("a.exr");
+            let (out, save) = (folder.file("a.exr"), folder.file("save.film"));
+            let line = format!(
+                "--spp 100000000 -o {out} --checkpoint {save} --checkpoint-every 0.05 --json"
+            );
             let child = command()
-                .args(small("cornell-box", &["--spp", "100000000", "-o", &out, "--json"]))
+                .args(small("cornell-box", &words(&line)))
                 .stdout(Stdio::piped())
                 .stderr(Stdio::piped())
                 .spawn()
                 .unwrap();
-            // Long enough to be at work on a busy machine; the handler is there before the first step.
-            std::thread::sleep(Duration::from_millis(1500));
-            let asked = Instant::now();
-            // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
-            unsafe { libc::kill(child.id() as libc::pid_t, signal) };
+            // A checkpoint says that the first step is done: there is an image to keep.
+            wait_for_change(&save, &None);
+            signal(&child, number);
             let output = child.wait_with_output().unwrap();
-            assert!(asked.elapsed() < Duration::from_secs(10));
-            assert_eq!(output.status.code(), Some(128 + signal), "{}", stderr(&output));
+            assert_eq!(output.status.code(), Some(128 + number), "{}", stderr(&output));
             let v = last_line(&output);
             assert_eq!(v["complete"], false);
             let samples = v["samples_per_pixel"].as_f64().unwrap();

@@ -1,8 +1,12 @@
 //! Running the command, and looking at what it wrote.
 
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::process::Child;
 use std::process::{Command, Output};
 use std::sync::atomic::{AtomicU32, Ordering};
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 
 use exr::prelude::*;
 use serde_json::Value;
@@ -54,6 +58,37 @@ pub fn command() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pathspace"));
     command.current_dir(env!("CARGO_TARGET_TMPDIR"));
     command
+}
+
+/// The arguments in a line, as a shell takes them where nothing is quoted.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
+/// Runs a command that must fail with one line and exit status 2.
+pub fn failure(args: &[&str]) -> String {
+    let output = run(args);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
+    message
+}
+
+/// Sends a signal to a command that has not been waited for.
+#[cfg(unix)]
+pub fn signal(child: &Child, signal: libc::c_int) {
+    // SAFETY: a plain system call; the child has not been waited for, so the id is its own.
+    unsafe { libc::kill(child.id() as libc::pid_t, signal) };
+}
+
+/// Waits until `path` is another file than `before`.
+#[cfg(unix)]
+pub fn wait_for_change(path: &str, before: &Option<Vec<u8>>) {
+    let begun = Instant::now();
+    while std::fs::read(path).ok() == *before {
+        assert!(begun.elapsed() < Duration::from_secs(60), "{path} is the same after a minute");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 /// Runs the command in a directory.

@@ -1,13 +1,15 @@
 //! Images of any renderer from files: OpenEXR, PFM and NPY.
 
-mod exr;
 mod npy;
-mod pfm;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+use pathspace_scenes::floats;
 use thiserror::Error;
+
+/// The attribute in which our own files hold the seconds of rendering.
+const SECONDS: &str = "pathspace.seconds";
 
 /// An image in linear sRGB.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,16 +69,15 @@ pub enum InputError {
 
 /// Reads an image; the end of its name tells the format.
 ///
-/// EXR: R, G and B, or Y alone, of the first part that has them; the data window counts, alpha does not. PFM: colour or grey. NPY: shape (h, w),
-/// (h, w, 1), (h, w, 3) or (h, w, 4) of 16-, 32- or 64-bit floats; the first row is the top.
+/// EXR and PFM are read as [`floats::decode`] says. NPY: shape (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) of 16-, 32- or 64-bit floats; the first
+/// row is the top.
 ///
 /// # Errors
 /// [`InputError`], naming the file; also where a value is not finite.
 pub fn read(path: &Path) -> Result<InputImage, InputError> {
     let suffix = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let decode = match suffix.as_str() {
-        "exr" => exr::decode,
-        "pfm" => pfm::decode,
+        "exr" | "pfm" => decode,
         "npy" => npy::decode,
         _ => return Err(InputError::Format { path: path.into() }),
     };
@@ -112,6 +113,16 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P]) -> Result<Vec<InputImage>, InputErr
         images.push(image);
     }
     Ok(images)
+}
+
+fn decode(bytes: &[u8]) -> Result<InputImage, String> {
+    let image = floats::decode(bytes).ok_or("is neither an OpenEXR nor a PFM file")??;
+    Ok(InputImage {
+        width: image.width as usize,
+        height: image.height as usize,
+        pixels: pixels(&image.values, image.channels as usize),
+        seconds: image.numbers.iter().find(|(name, _)| name == SECONDS).map(|(_, s)| *s),
+    })
 }
 
 /// Grey or colour as colour.

@@ -71,11 +71,12 @@ fn grey_images_have_three_equal_channels() {
 
 #[test]
 fn what_is_no_image_is_named_with_the_fault() {
-    let cases: [(&str, Vec<u8>, &str); 7] = [
+    let cases: [(&str, Vec<u8>, &str); 8] = [
         ("a.jpg", vec![], "known: .exr, .pfm, .npy"),
-        ("a.exr", b"nothing".to_vec(), "cannot be read as OpenEXR"),
-        ("a.pfm", b"P6\n1 1\n255\n".to_vec(), "begins with 'P6'"),
-        ("a.pfm", b"PF\n1 1\n-1\nabc".to_vec(), "3 bytes of pixels, 1×1 needs 12"),
+        ("a.exr", b"nothing".to_vec(), "is neither an OpenEXR nor a PFM file"),
+        ("a.exr", b"\x76\x2f\x31\x01 and no more".to_vec(), "cannot be read as OpenEXR"),
+        ("a.pfm", b"P6\n1 1\n255\n".to_vec(), "is neither an OpenEXR nor a PFM file"),
+        ("a.pfm", b"PF\n1 1\n-1\nabc".to_vec(), "3 bytes of texels instead of 12"),
         ("a.npy", npy("{'descr': '<i4', 'shape': (1, 2, 3)}", &floats()), "type '<i4'"),
         ("a.npy", npy("{'descr': '<f4', 'shape': (6,)}", &floats()), "shape (6,)"),
         (

@@ -84,53 +84,70 @@ fn is_same_experiment(path: &Path, text: &str) -> bool {
     there.is_some() && there == Config::parse(text).ok()
 }
 
-/// Draws the pictures of one scene into its folder and puts their names into the results. All share one exposure: that of the reference, or of
-/// the first integrator. `stop` is asked between pictures.
-///
-/// # Errors
-/// With the system's reason.
-pub fn draw(
-    folder: &Path,
-    plan: &Plan,
-    store: &Store,
-    setup: &Setup,
-    reference: Option<&ReferenceImage>,
-    analysed: &mut Analysed,
-    stop: &dyn Fn() -> bool,
-) -> Result<(), RecordError> {
-    let own = PathBuf::from(slug(&setup.name));
-    let mut shared = reference.map(|r| {
-        let [one, two] = r.halves(Families::ALL, Families::ALL);
-        exposure(&wide(&one.iter().zip(&two).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<_>>()))
-    });
-    let mut taken: Vec<String> = Vec::new();
-    for index in 0..analysed.results.methods.len() {
-        let name = analysed.results.methods[index].integrator.clone();
-        let Some((_, contestant)) = setup.contestants.iter().find(|(n, _)| *n == name) else {
-            continue;
-        };
-        let mut place = slug(&name);
-        while taken.contains(&place) {
-            place.push('_');
+/// How the pictures of an experiment are drawn.
+#[derive(Clone, Copy)]
+pub struct Pictures<'a> {
+    /// Where to; each scene has a folder of its own there.
+    pub folder: &'a Path,
+    /// The experiment.
+    pub plan: &'a Plan,
+    /// Its renders.
+    pub store: &'a Store,
+    /// What radiance is multiplied by; that of the reference unless given, or of the first integrator.
+    pub exposure: Option<f64>,
+    /// Asked between pictures.
+    pub stop: fn() -> bool,
+}
+
+impl Pictures<'_> {
+    /// Draws those of one scene and puts their names into the results. All share one exposure, which is the answer.
+    ///
+    /// # Errors
+    /// With the system's reason.
+    pub fn draw(
+        &self,
+        setup: &Setup,
+        reference: Option<&ReferenceImage>,
+        analysed: &mut Analysed,
+    ) -> Result<f64, RecordError> {
+        let Pictures { folder, plan, store, .. } = *self;
+        let own = PathBuf::from(slug(&setup.name));
+        let mut shared = self.exposure.or_else(|| reference.map(brightness));
+        let mut taken: Vec<String> = Vec::new();
+        for index in 0..analysed.results.methods.len() {
+            let name = analysed.results.methods[index].integrator.clone();
+            let Some((_, contestant)) = setup.contestants.iter().find(|(n, _)| *n == name) else {
+                continue;
+            };
+            let mut place = slug(&name);
+            while taken.contains(&place) {
+                place.push('_');
+            }
+            taken.push(place.clone());
+            let easel = Easel { folder, place: own.join(place), plan, store, setup, reference };
+            let dir = folder.join(&easel.place);
+            fs::create_dir_all(&dir).map_err(|e| failed(&dir, "cannot make directory", &e))?;
+            let budget = plan.budgets[plan.budgets.len() - 1];
+            let cells = plan.cells(store, setup, &name, budget);
+            let moments = moments(&cells, setup.pixels());
+            let light = *shared.get_or_insert_with(|| exposure(moments.mean()));
+            let method = &mut analysed.results.methods[index];
+            method.images = easel.mean(&name, &cells, &moments, light)?;
+            analysed.comparison.integrators[index].output =
+                Some(folder.join(&method.images.mean).display().to_string());
+            (method.frames, method.error_pngs) = easel.frames(&name, &moments, light)?;
+            if let (Contestant::Own(integrator), false) = (contestant, (self.stop)()) {
+                easel.portrait(&**integrator, &cells, light, &mut method.images)?;
+            }
         }
-        taken.push(place.clone());
-        let easel = Easel { folder, place: own.join(place), plan, store, setup, reference };
-        let dir = folder.join(&easel.place);
-        fs::create_dir_all(&dir).map_err(|e| failed(&dir, "cannot make directory", &e))?;
-        let budget = plan.budgets[plan.budgets.len() - 1];
-        let cells = plan.cells(store, setup, &name, budget);
-        let moments = moments(&cells, setup.pixels());
-        let light = *shared.get_or_insert_with(|| exposure(moments.mean()));
-        let method = &mut analysed.results.methods[index];
-        method.images = easel.mean(&name, &cells, &moments, light)?;
-        analysed.comparison.integrators[index].output =
-            Some(folder.join(&method.images.mean).display().to_string());
-        (method.frames, method.error_pngs) = easel.frames(&name, &moments, light)?;
-        if let (Contestant::Own(integrator), false) = (contestant, stop()) {
-            easel.portrait(&**integrator, &cells, light, &mut method.images)?;
-        }
+        Ok(shared.unwrap_or(1.0))
     }
-    Ok(())
+}
+
+/// The exposure of a reference.
+fn brightness(reference: &ReferenceImage) -> f64 {
+    let [one, two] = reference.halves(Families::ALL, Families::ALL);
+    exposure(&wide(&one.iter().zip(&two).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<_>>()))
 }
 
 /// Where the pictures of one integrator are drawn.

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::super::args::CompareArgs;
+use super::super::image::Stops;
 use super::super::program;
 use super::super::words::quoted;
 
@@ -70,6 +71,8 @@ fn firmer(args: &CompareArgs) -> Option<String> {
     option("--target-error", args.target_error.map(|e| e.to_string()));
     option("--references", args.references.as_ref().map(|p| p.display().to_string()));
     option("--plots", args.plots.as_ref().map(|p| p.display().to_string()));
+    let changed = args.exposure != Stops::default();
+    option("--exposure", changed.then(|| args.exposure.to_string()));
     option("-o", args.output.as_ref().map(|dir| next(&dir.display().to_string())));
     Some(words.join(" "))
 }
@@ -123,6 +126,8 @@ mod tests {
             "4",
             "--baseline",
             "bdpt",
+            "--exposure",
+            "-1.5",
             "-o",
             "here/out9",
         ];

@@ -16,7 +16,7 @@ use pathspace_benches::experiment::{
 };
 use pathspace_benches::output::read_text;
 use pathspace_benches::plots;
-use pathspace_benches::record;
+use pathspace_benches::record::{self, Pictures};
 use pathspace_benches::reference::{ReferenceImage, reference_path};
 use pathspace_benches::report;
 use pathspace_benches::results::{Machine, Results, SCHEMA};
@@ -24,6 +24,7 @@ use pathspace_integrators::Registry;
 use serde::Serialize;
 
 use super::args::CompareArgs;
+use super::image::Stops;
 use super::interrupt::{self, Interrupted};
 use super::progress::Progress;
 use super::scene::pool;
@@ -108,12 +109,19 @@ pub(super) fn compare(
     }
     if let Some(dir) = &args.output {
         let progress = Progress::new();
+        let pictures = Pictures {
+            folder: dir,
+            plan: &plan,
+            store: &store,
+            exposure: args.exposure.factor(),
+            stop: interrupt::requested,
+        };
         for (n, (setup, one)) in plan.setups.iter().zip(&mut analysed).enumerate() {
             progress.set(n as f64 / plan.setups.len() as f64, || "pictures".into());
-            let reference = references[n].as_ref();
-            pool.install(|| {
-                record::draw(dir, &plan, &store, setup, reference, one, &interrupt::requested)
-            })?;
+            let light = pool.install(|| pictures.draw(setup, references[n].as_ref(), one))?;
+            if args.exposure == Stops::Auto {
+                say(&format!("{}: exposure {:+.1} EV", setup.name, light.log2()));
+            }
         }
     }
     let results = results(&config, &scenes, &analysed, complete);

@@ -1,29 +1,20 @@
-//! Image files → bitmaps: JPEG, PNG, BMP, TGA and Radiance HDR by the crate `image`, OpenEXR by `exr`, PFM here.
-
-mod openexr;
-mod pfm;
+//! Image files → bitmaps: JPEG, PNG, BMP, TGA and Radiance HDR by the crate `image`, OpenEXR and PFM by [`floats`](crate::floats).
 
 use std::io::Cursor;
 
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use pathspace_core::texture::Bitmap;
 
-/// Largest width and height.
-pub(crate) const MAX_SIZE: u32 = 1 << 15;
-
-/// Most texels: 2²⁸ colours of single precision are 3 GiB.
-const MAX_TEXELS: u64 = 1 << 28;
+use crate::floats::{self, FloatImage, MAX_SIZE, check_size, plain};
 
 /// Reads an image. Integers are sRGB unless `raw`; floating-point formats are linear.
 ///
 /// # Errors
 /// What is wrong, without the name of the file.
 pub(crate) fn decode(bytes: &[u8], name: &str, raw: bool) -> Result<Bitmap, String> {
-    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        return openexr::decode(bytes);
-    }
-    if bytes.starts_with(b"PF\n") || bytes.starts_with(b"Pf\n") || bytes.starts_with(b"PF\r") {
-        return pfm::decode(bytes);
+    if let Some(image) = floats::decode(bytes) {
+        let FloatImage { width, height, channels, values, .. } = image?;
+        return Bitmap::from_floats(width, height, channels, values).map_err(|e| e.to_string());
     }
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
@@ -45,20 +36,6 @@ pub(crate) fn decode(bytes: &[u8], name: &str, raw: bool) -> Result<Bitmap, Stri
     let decoded = reader.decode().map_err(|e| plain(&e.to_string()))?;
     check_size(decoded.width(), decoded.height())?;
     convert(decoded, raw)
-}
-
-/// Refuses images that are empty or too large.
-fn check_size(width: u32, height: u32) -> Result<(), String> {
-    let texels = u64::from(width) * u64::from(height);
-    if texels == 0 {
-        return Err(format!("{width} × {height} texels are no image"));
-    }
-    if width > MAX_SIZE || height > MAX_SIZE || texels > MAX_TEXELS {
-        return Err(format!(
-            "{width} × {height} texels are more than {MAX_SIZE} × {MAX_SIZE} or {MAX_TEXELS}"
-        ));
-    }
-    Ok(())
 }
 
 /// Alpha is left out, as in Mitsuba.
@@ -93,11 +70,6 @@ fn wide(values: Vec<u16>, raw: bool) -> Vec<f32> {
         }
     };
     values.into_iter().map(linear).collect()
-}
-
-/// A message of a decoder on one line.
-fn plain(text: &str) -> String {
-    text.chars().take(200).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]
@@ -187,6 +159,7 @@ mod tests {
             (b"#?RADIANCE\n\n-Y 1 +X\n", "a.hdr"),
             (b"hello", "a.tga"),
             (b"\xff\xd8\xff\xe0 and no more", "a.jpg"),
+            (b"Pf\n1 1\n-1\n\x00\x00\xc0\x7f", "a.pfm"),
         ] {
             let error = decode(bytes, name, false).unwrap_err();
             assert!(!error.is_empty() && !error.contains('\n'), "{name}: {error}");
