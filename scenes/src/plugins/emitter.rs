@@ -7,7 +7,7 @@ use pathspace_core::Rgb;
 use pathspace_core::description::EmitterDescription;
 
 use super::props::Props;
-use super::{Context, support};
+use super::{Context, sky, support};
 use crate::error::{Result, SceneFileError};
 use crate::note::NoteKind;
 
@@ -35,11 +35,21 @@ fn skip_medium(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<()> {
     Ok(())
 }
 
-/// An emitter that is no surface.
-pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<EmitterDescription> {
+/// An emitter that is no surface: one, or two for sun and sky.
+pub(super) fn read_free(
+    context: &mut Context<'_>,
+    index: usize,
+) -> Result<Vec<EmitterDescription>> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);
     let emitter = match object.plugin.as_str() {
+        "sunsky" | "sky" | "sun" => {
+            let emitters = sky::read(context, &mut props)?;
+            props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
+            skip_medium(context, &mut props)?;
+            props.finish(context)?;
+            return Ok(emitters);
+        }
         "point" => {
             let position = props.vector("position")?;
             let to_world = props.transform("to_world")?;
@@ -75,7 +85,7 @@ pub(super) fn read_free(context: &mut Context<'_>, index: usize) -> Result<Emitt
     props.ignore(context, &["sampling_weight"], "emitters are chosen by power");
     skip_medium(context, &mut props)?;
     props.finish(context)?;
-    Ok(emitter)
+    Ok(vec![emitter])
 }
 
 /// Radiance from an image over all directions.
@@ -105,7 +115,7 @@ fn environment(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<Emitt
 }
 
 /// The turn of a transform that may scale alike along all axes and mirror.
-fn rotation(props: &Props<'_>, m: DMat3) -> Result<DMat3> {
+pub(super) fn rotation(props: &Props<'_>, m: DMat3) -> Result<DMat3> {
     let size = m.determinant().abs().cbrt();
     let m = m * (1.0 / size);
     let off = (m.transpose() * m - DMat3::IDENTITY).to_cols_array();

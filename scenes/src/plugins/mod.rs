@@ -13,6 +13,7 @@ mod props;
 mod scene;
 mod sensor;
 mod shape;
+mod sky;
 mod spectrum;
 mod support;
 mod texture;

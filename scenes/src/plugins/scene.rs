@@ -137,20 +137,20 @@ fn read_emitters(
     scene: &mut SceneDescription,
 ) -> Result<()> {
     for (index, place) in free_emitters(props)? {
-        let emitter = emitter::read_free(context, index)?;
+        let emitters = emitter::read_free(context, index)?;
         let constant = |e: &EmitterDescription| {
             matches!(
                 e,
                 EmitterDescription::Constant { .. } | EmitterDescription::Environment { .. }
             )
         };
-        if constant(&emitter) && scene.emitters.iter().any(constant) {
+        if emitters.iter().any(constant) && scene.emitters.iter().any(constant) {
             return Err(SceneFileError::Scene {
                 place: place.clone(),
                 reason: "more than one environment emitter".into(),
             });
         }
-        scene.emitters.push(emitter);
+        scene.emitters.extend(emitters);
     }
     Ok(())
 }
