@@ -92,9 +92,10 @@ fn light_tracing_gives_the_exact_answers() {
     suite("lt", 3, 0.02);
 }
 
+/// The example `exact` measures to half of that, which takes four times as long.
 #[test]
 fn bidirectional_path_tracing_gives_the_exact_answers() {
-    suite("bdpt", 6, 0.005);
+    suite("bdpt", 6, 0.01);
 }
 
 /// Measures technique (s, t) alone, which makes all paths of its length where nothing is a delta.
