@@ -39,11 +39,12 @@ fn replicates(description: &SceneDescription, (spec, steps): (&str, u64)) -> Met
 }
 
 /// Every integrator that sees media.
-const IN_MEDIA: [(&str, u64); 4] = [
+const IN_MEDIA: [(&str, u64); 5] = [
     ("pt", 256),
     ("lt", 256),
     ("pssmlt:chains=256,bootstrap=16384", 96),
     ("mmlt:chains=256,bootstrap=16384", 192),
+    ("rjmlt:chains=256,bootstrap=16384,jump=0.3", 192),
 ];
 
 /// Every integrator against bdpt: none differs, and most of them see a bias of some percent.

@@ -255,10 +255,15 @@ pub fn fog_through_a_lens() -> SceneDescription {
     b.finish()
 }
 
+/// Scenes with participating media, which not every integrator sees.
+pub fn in_media() -> Vec<(&'static str, Scene)> {
+    [("foggy room", foggy_room()), ("fog through a lens", fog_through_a_lens())]
+        .map(|(name, description)| (name, build(&description)))
+        .into()
+}
+
 pub fn all() -> Vec<(&'static str, Scene)> {
     [
-        ("foggy room", foggy_room()),
-        ("fog through a lens", fog_through_a_lens()),
         ("glazed room", glazed_room()),
         ("glazed caustic", glazed_caustic()),
         ("glazed air", glazed_air()),

@@ -234,7 +234,8 @@ fn run(name: &str, scene: &Scene, method: &Method, estimator: &impl PathEstimato
 }
 
 fn run_all(method: &Method, estimator: &impl PathEstimator) {
-    let own = models::all();
+    let mut own = models::all();
+    own.extend(models::in_media());
     let failures: usize = own.iter().map(|(name, scene)| run(name, scene, method, estimator)).sum();
     assert_eq!(failures, 0, "{}", method.name);
 }

@@ -14,6 +14,7 @@ use crate::color::Rgb;
 use crate::geometry::Accel;
 use crate::math::{NO_PRIM, Ray};
 use crate::medium::{Medium, MediumIndex, MediumPoint};
+use crate::random::{PrimarySample, coordinate_between, nearest_coordinate};
 use crate::rays::count_ray;
 use crate::vertex::Vertex;
 
@@ -219,6 +220,41 @@ impl Scene {
         let Some(medium) = self.medium(point.medium) else { return 0.0 };
         let sigma = medium.extinction();
         (sigma[0] * t[0] + sigma[1] * t[1] + sigma[2] * t[2]) / 3.0
+    }
+
+    /// Numbers (channel, distance) by which [`Scene::fly`] follows the edge from `start` to `end`, uniform among all that do where `free` is. `None`
+    /// where no flight gets there.
+    pub fn invert_flight<U: PrimarySample>(
+        &self,
+        start: &Vertex,
+        end: &Vertex,
+        free: &mut U,
+    ) -> Option<[f32; 2]> {
+        let t = self.transmittance(start, end).to_array().map(f64::from);
+        let shares = match end {
+            Vertex::Medium(point) => {
+                let sigma = self.medium(point.medium)?.extinction();
+                [0, 1, 2].map(|c| sigma[c] * t[c])
+            }
+            _ => t,
+        };
+        let mut left = f64::from(free.next()) * shares.iter().sum::<f64>();
+        let mut channel = None;
+        for (c, share) in shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0) {
+            channel = Some(c);
+            left -= share;
+            if left < 0.0 {
+                break;
+            }
+        }
+        let c = channel?;
+        let third = |i: usize| i as f64 / 3.0;
+        let pick = coordinate_between(third(c), third(c + 1), free.next())?;
+        let distance = match end {
+            Vertex::Medium(_) => nearest_coordinate(1.0 - t[c] - HALF_STEP),
+            _ => coordinate_between(1.0 - t[c] - HALF_STEP, 1.0, free.next())?,
+        };
+        Some([pick, distance])
     }
 
     /// Calls `piece` with each piece of an edge that ends on a boundary nearer than `end`, until it says false. Returns the

@@ -50,6 +50,8 @@ pub fn next_event_numbers<U: PrimarySample>(u: &mut U) -> (f32, [f32; 2]) {
 pub struct Layout {
     /// Film position and point of the lens.
     pub sensor_start: usize,
+    /// Numbers of the free flight along an edge: 2 in a scene with media, else none.
+    pub flight: usize,
     /// Numbers of [`Stream::Sensor`].
     pub sensor: usize,
     /// Numbers of [`Stream::Light`].
@@ -66,24 +68,26 @@ impl Layout {
     /// The layout of a technique.
     pub fn new(scene: &Scene, Technique { s, t }: Technique) -> Self {
         let sensor_start = if scene.sensor().is_pinhole() { 2 } else { 4 };
-        // Two for the flight along each edge.
-        let flights = |n: usize| if scene.has_media() { 2 * (n - 1) } else { 0 };
+        let flight = if scene.has_media() { 2 } else { 0 };
+        let walk = |start, n| Layout::walk(start, flight, n);
         Layout {
             sensor_start,
-            sensor: if t >= 2 { Layout::events(sensor_start, t) + flights(t) } else { 0 },
+            flight,
+            sensor: if t >= 2 { walk(sensor_start, t) } else { 0 },
             light: match s {
                 0 => 0,
                 // x₀ for the lens: a direction is drawn and not used.
                 1 if t == 1 => Layout::EMITTER_VERTEX,
                 1 => 0,
-                _ => Layout::events(Layout::LIGHT_START, s) + flights(s),
+                _ => walk(Layout::LIGHT_START, s),
             },
         }
     }
 
-    /// Numbers of a walk of n ≥ 2 vertices whose first two take `start`: three for each event between the first and the last one.
-    pub fn events(start: usize, n: usize) -> usize {
-        start + 3 * (n - 2)
+    /// Numbers of a walk of n ≥ 2 vertices that begins with `start` ones: three for each event between the first and the last vertex, and
+    /// `flight` for each edge.
+    pub fn walk(start: usize, flight: usize, n: usize) -> usize {
+        start + 3 * (n - 2) + flight * (n - 1)
     }
 
     /// How many numbers of each stream mean the same to two techniques of one path: those of the vertices that both walk to.

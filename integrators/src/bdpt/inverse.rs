@@ -63,9 +63,13 @@ impl Bdpt {
                     numbers.push(Stream::Sensor, &on_lens(scene, &v[k])?);
                 }
             }
-            for j in 1..t - 1 {
-                if numbers.len(Stream::Sensor) < Layout::events(layout.sensor_start, j + 2) {
-                    let i = k - j;
+            for j in 1..t {
+                let i = k - j;
+                let arrived = Layout::walk(layout.sensor_start, layout.flight, j + 1);
+                if numbers.len(Stream::Sensor) < arrived {
+                    numbers.push(Stream::Sensor, &scene.invert_flight(&v[i + 1], &v[i], free)?);
+                }
+                if j + 1 < t && numbers.len(Stream::Sensor) < arrived + 3 {
                     let u = event(scene, [&v[i + 1], &v[i], &v[i - 1]], path.events[i], free)?;
                     numbers.push(Stream::Sensor, &u);
                 }
@@ -78,8 +82,12 @@ impl Bdpt {
             if s >= 2 && numbers.len(Stream::Light) < Layout::LIGHT_START {
                 numbers.push(Stream::Light, &scene.invert_emission_next(&v[0], &v[1])?);
             }
-            for j in 1..s.saturating_sub(1) {
-                if numbers.len(Stream::Light) < Layout::events(Layout::LIGHT_START, j + 2) {
+            for j in 1..s {
+                let arrived = Layout::walk(Layout::LIGHT_START, layout.flight, j + 1);
+                if numbers.len(Stream::Light) < arrived {
+                    numbers.push(Stream::Light, &scene.invert_flight(&v[j - 1], &v[j], free)?);
+                }
+                if j + 1 < s && numbers.len(Stream::Light) < arrived + 3 {
                     let u = event(scene, [&v[j - 1], &v[j], &v[j + 1]], path.events[j], free)?;
                     numbers.push(Stream::Light, &u);
                 }
@@ -102,8 +110,15 @@ fn event<U: PrimarySample>(
     event: Event,
     free: &mut U,
 ) -> Option<[f32; 3]> {
-    let point = at.surface()?;
-    scene.invert_scatter(point, at.edge_to(before).direction(), point.aim(after), event, free)
+    let from = at.edge_to(before).direction();
+    match at {
+        Vertex::Surface(point) => scene.invert_scatter(point, from, point.aim(after), event, free),
+        Vertex::Medium(point) => {
+            let phase = scene.medium(point.medium)?.phase();
+            Some(phase.invert(from, at.edge_to(after).direction(), free.next()))
+        }
+        _ => None,
+    }
 }
 
 fn on_lens(scene: &Scene, lens: &Vertex) -> Option<[f32; 2]> {

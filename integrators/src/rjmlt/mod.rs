@@ -92,6 +92,10 @@ impl Integrator for Rjmlt {
         self.techniques.0.bdpt.families(scene)
     }
 
+    fn sees_media(&self) -> bool {
+        true
+    }
+
     fn resume(
         &self,
         scene: Arc<Scene>,

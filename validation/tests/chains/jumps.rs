@@ -27,7 +27,8 @@ fn rjmlt() -> Rjmlt {
 
 pub(super) fn scenes() -> Vec<(String, Scene)> {
     let mut scenes: Vec<_> =
-        models::all().into_iter().map(|(name, scene)| (name.to_owned(), scene)).collect();
+        models::in_media().into_iter().map(|(name, scene)| (name.to_owned(), scene)).collect();
+    scenes.extend(models::all().into_iter().map(|(name, scene)| (name.to_owned(), scene)));
     for name in ["glass-egg", "water-pool", "mis-plates"] {
         let loaded = library::find(name).unwrap().load(&[]).unwrap();
         scenes.push((name.to_owned(), models::build(&loaded.description)));
