@@ -148,6 +148,33 @@ fn scenes() -> Vec<(String, pathspace_core::Scene)> {
         .collect();
     let (_, geometry, place) = &shapes()[0];
     list.push(("far".into(), emitters(Some((geometry, *place, false)), far)));
+    let to_world = glam::DAffine3::from_rotation_translation(
+        glam::DQuat::from_rotation_x(2.8),
+        DVec3::new(0.1, 0.2, 2.0),
+    );
+    let texture = pathspace_core::texture::Texture::Constant(Rgb::new(0.5, 1.0, 0.7));
+    let beams = vec![
+        E::Spot {
+            to_world,
+            shape: pathspace_core::description::SpotDescription {
+                intensity: Rgb::WHITE,
+                cutoff_degrees: 30.0,
+                beam_degrees: 20.0,
+                texture: None,
+            },
+        },
+        E::Projector {
+            to_world,
+            shape: pathspace_core::description::ProjectorDescription {
+                irradiance: texture.into(),
+                aspect: 1.5,
+                fov_x_degrees: 50.0,
+                scale: 2.0,
+            },
+        },
+        lamp(),
+    ];
+    list.push(("beams".into(), emitters(None, beams)));
     list.push(("map".into(), emitters(None, vec![painted_sky(), lamp()])));
     list
 }

@@ -271,6 +271,8 @@ impl Contents {
         let area = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|_| "area");
         let other = scene.emitters.iter().map(|e| match e {
             EmitterDescription::Point { .. } => "point",
+            EmitterDescription::Spot { .. } => "spot",
+            EmitterDescription::Projector { .. } => "projector",
             EmitterDescription::Directional { .. } => "directional",
             EmitterDescription::Constant { .. } => "constant",
             _ => "other",

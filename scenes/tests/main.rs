@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod features;
+mod lights;
 mod materials;
 mod media;
 mod meshes;

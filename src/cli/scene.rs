@@ -110,7 +110,13 @@ fn tell_empty(name: &str, description: &SceneDescription) {
 
 /// True for emitters that a camera sees without a shape.
 fn is_seen(emitter: &EmitterDescription) -> bool {
-    !matches!(emitter, EmitterDescription::Point { .. } | EmitterDescription::Directional { .. })
+    !matches!(
+        emitter,
+        EmitterDescription::Point { .. }
+            | EmitterDescription::Spot { .. }
+            | EmitterDescription::Projector { .. }
+            | EmitterDescription::Directional { .. }
+    )
 }
 
 /// A line for each note that may change the image; one for all the others, which every file has, where asked for.

@@ -13,7 +13,7 @@ pub use material::{
 };
 
 use crate::color::Rgb;
-use crate::texture::Bitmap;
+use crate::texture::{Bitmap, Texture};
 
 /// A whole scene in world units.
 #[derive(Clone, Debug, Default)]
@@ -183,6 +183,20 @@ pub enum EmitterDescription {
         /// Radiant intensity in W·sr⁻¹.
         intensity: Rgb,
     },
+    /// Point light in a cone.
+    Spot {
+        /// Own space → world: a rotation, maybe with a mirror, and a translation. The cone is about +z.
+        to_world: DAffine3,
+        /// The cone.
+        shape: SpotDescription,
+    },
+    /// An image thrown from a point.
+    Projector {
+        /// Own space → world: a rotation, maybe with a mirror, and a translation. The image is about +z.
+        to_world: DAffine3,
+        /// The image.
+        shape: ProjectorDescription,
+    },
     /// Parallel light.
     Directional {
         /// Direction in which the light travels; need not be normalised.
@@ -234,6 +248,32 @@ impl Default for SensorDescription {
             principal_point_offset: [0.0, 0.0],
         }
     }
+}
+
+/// The cone of a spot light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpotDescription {
+    /// Radiant intensity in W·sr⁻¹ within the beam.
+    pub intensity: Rgb,
+    /// Angle between axis and border, under 90.
+    pub cutoff_degrees: f64,
+    /// Angle from which the intensity falls, linearly with the angle, to 0 at the border.
+    pub beam_degrees: f64,
+    /// A factor over the square about the cone, (½, ½) on the axis.
+    pub texture: Option<Arc<Texture>>,
+}
+
+/// The image of a projector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProjectorDescription {
+    /// Radiant exitance of a white diffuse wall at distance 1 across the axis, over (u, v).
+    pub irradiance: Arc<Texture>,
+    /// Width over height.
+    pub aspect: f64,
+    /// Horizontal angle of view in degrees.
+    pub fov_x_degrees: f64,
+    /// Factor on the image.
+    pub scale: f32,
 }
 
 /// Film size, crop window and reconstruction filter.

@@ -4,13 +4,16 @@
 //! | --- | --- | --- | --- |
 //! | area | radiance, on the side of n_g | area | cosine-weighted direction |
 //! | point | radiant intensity I | counting | uniform direction |
+//! | spot, projector | radiant intensity I of the direction | counting | uniform in the cone or on the image |
 //! | directional | irradiance E across the beam | counting | uniform on the disk across the scene |
 //! | constant | radiance | solid angle | uniform on the disk across the scene |
 //! | environment | radiance of its direction | solid angle | uniform on the disk across the scene |
 //!
 //! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
 
+mod beam;
 pub(crate) mod environment;
+pub use beam::{Beam, BeamShape};
 pub use environment::Environment;
 
 use glam::Vec3;
@@ -38,6 +41,13 @@ pub enum Emitter {
         /// I in normalised units (world intensity × scale²).
         intensity: Rgb,
     },
+    /// Point that shines by a [`Beam`].
+    Beam {
+        /// Position.
+        position: Vec3,
+        /// Index of the beam ([`Emitters::beam`]).
+        beam: u32,
+    },
     /// Parallel light.
     Directional {
         /// Unit direction towards the light.
@@ -60,7 +70,7 @@ pub enum Emitter {
 impl Emitter {
     /// True where x₀ has a counting measure: no other technique can hit it.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Emitter::Point { .. } | Emitter::Directional { .. })
+        matches!(self, Emitter::Point { .. } | Emitter::Beam { .. } | Emitter::Directional { .. })
     }
 
     /// True where x₀ is at infinity.
@@ -93,6 +103,7 @@ pub struct Emitters {
     /// What beams from infinity cover.
     ball: Ball,
     environment: Option<Environment>,
+    beams: Vec<Beam>,
 }
 
 impl Emitters {
@@ -106,7 +117,19 @@ impl Emitters {
         let everywhere =
             |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
         let background = list.iter().position(everywhere).map(|i| i as u32);
-        Some(Emitters { units: running_units(power)?, list, background, ball, environment })
+        let (units, beams) = (running_units(power)?, Vec::new());
+        Some(Emitters { units, list, background, ball, environment, beams })
+    }
+
+    /// The same with the beams that [`Emitter::Beam`] refers to.
+    pub(crate) fn with_beams(self, beams: Vec<Beam>) -> Self {
+        Emitters { beams, ..self }
+    }
+
+    /// A beam.
+    #[inline]
+    pub fn beam(&self, index: u32) -> &Beam {
+        &self.beams[index as usize]
     }
 
     /// The emitters.

@@ -12,7 +12,7 @@ use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError, media_build};
 use crate::bsdf::{Bsdf, Textures};
 use crate::color::Rgb;
 use crate::description::*;
-use crate::emitter::{Emitter, Emitters, Environment};
+use crate::emitter::{Beam, BeamShape, Emitter, Emitters, Environment};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::medium::MediumIndex;
 use crate::sensor::Sensor;
@@ -54,8 +54,9 @@ impl Scene {
         for (index, e) in description.emitters.iter().enumerate() {
             builder.add_emitter(index, e)?;
         }
-        let Builder { primitives, mut shapes, prim_shape, emitters, power, environment, .. } =
-            builder;
+        let Builder {
+            primitives, mut shapes, prim_shape, emitters, power, environment, beams, ..
+        } = builder;
         let [solid_shape, passed_shape] = prim_shape;
         let [primitives, boundaries] = primitives;
         let sizes = Sizes::of(description, normalisation);
@@ -71,7 +72,8 @@ impl Scene {
         let volumes =
             media_build::build(description, normalisation.scale, &mut shapes, boundaries)?;
         let emitters = Emitters::new(emitters, &power, ball, environment)
-            .ok_or_else(|| SceneError::Geometry("more than 2²⁴ emitters".into()))?;
+            .ok_or_else(|| SceneError::Geometry("more than 2²⁴ emitters".into()))?
+            .with_beams(beams);
         let textures: Vec<_> =
             description.materials.iter().map(|m| Textures::of(&m.kind)).collect();
         let tangents = materials.iter().zip(&textures).map(|(model, textures)| {
@@ -220,6 +222,7 @@ struct Builder {
     emitters: Vec<Emitter>,
     power: Vec<f64>,
     environment: Option<Environment>,
+    beams: Vec<Beam>,
 }
 
 impl Builder {
@@ -441,6 +444,44 @@ impl Builder {
                 let intensity = intensity * (scale * scale) as f32;
                 (Emitter::Point { position, intensity }, 4.0 * PI * intensity.mean() as f64)
             }
+            EmitterDescription::Spot { to_world, shape } => {
+                let (position, axes) = match rigid(to_world) {
+                    Some(axes) => (to_world.translation, axes),
+                    None => return bad("to_world of the spot light is not a rotation"),
+                };
+                let SpotDescription { intensity, cutoff_degrees, beam_degrees, texture } = shape;
+                let (cutoff, beam) = (cutoff_degrees.to_radians(), beam_degrees.to_radians());
+                if !colour_ok(*intensity) || !(cutoff > 0.0 && cutoff < PI / 2.0) {
+                    return bad("the spot light has no cone between 0° and 90° or a bad intensity");
+                }
+                let shape = BeamShape::Spot {
+                    intensity: *intensity * (scale * scale) as f32,
+                    cutoff,
+                    beam: beam.clamp(0.0, cutoff),
+                    texture: texture.clone(),
+                };
+                self.add_beam(position, Beam::new(axes, shape))
+            }
+            EmitterDescription::Projector { to_world, shape } => {
+                let (position, axes) = match rigid(to_world) {
+                    Some(axes) => (to_world.translation, axes),
+                    None => return bad("to_world of the projector is not a rotation"),
+                };
+                let ProjectorDescription { irradiance, aspect, fov_x_degrees, scale: factor } =
+                    shape;
+                let x = (fov_x_degrees.to_radians() * 0.5).tan();
+                if !(*fov_x_degrees > 0.0 && *fov_x_degrees < 180.0 && *aspect > 0.0)
+                    || !(factor.is_finite() && *factor >= 0.0)
+                {
+                    return bad("angle of view, aspect or scale of the projector is out of range");
+                }
+                let shape = BeamShape::Projector {
+                    image: irradiance.clone(),
+                    scale: *factor * (PI * scale * scale) as f32,
+                    half: [x, x / aspect],
+                };
+                self.add_beam(position, Beam::new(axes, shape))
+            }
             &EmitterDescription::Directional { direction, irradiance } => {
                 let to = -direction.normalize_or_zero();
                 if to == DVec3::ZERO || !to.is_finite() || !colour_ok(irradiance) {
@@ -476,10 +517,26 @@ impl Builder {
         Ok(())
     }
 
+    fn add_beam(&mut self, position: DVec3, beam: Beam) -> (Emitter, f64) {
+        let Normalisation { center, scale } = self.normalisation;
+        let position = ((position - center) * scale).as_vec3();
+        let power = beam.power();
+        self.beams.push(beam);
+        (Emitter::Beam { position, beam: self.beams.len() as u32 - 1 }, power)
+    }
+
     fn has_environment(&self) -> bool {
         let is = |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
         self.emitters.iter().any(is)
     }
+}
+
+/// The axes of a rotation, maybe with a mirror; `None` where it stretches or shears.
+fn rigid(t: &DAffine3) -> Option<[DVec3; 3]> {
+    let m = t.matrix3;
+    let off = (m.transpose() * m - DMat3::IDENTITY).to_cols_array();
+    let fits = t.is_finite() && off.iter().all(|v| v.abs() < 1e-3);
+    fits.then(|| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize))
 }
 
 /// Cofactor matrix: transforms normals, and keeps the side for mirrored transforms up to its sign.

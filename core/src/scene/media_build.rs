@@ -102,7 +102,7 @@ impl Scene {
         let mut around_shapes = Vec::new();
         for (i, e) in self.emitters.list().iter().enumerate() {
             match *e {
-                Emitter::Point { position, .. } => {
+                Emitter::Point { position, .. } | Emitter::Beam { position, .. } => {
                     emitters[i] = self.around(position, None).unwrap_or(outside);
                 }
                 Emitter::Area { shape, .. } if !self.shapes[shape as usize].bounds => {

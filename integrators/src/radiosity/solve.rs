@@ -161,6 +161,7 @@ fn name_of(emitter: &Emitter) -> &'static str {
     match emitter {
         Emitter::Area { .. } => "an area light",
         Emitter::Point { .. } => "a point light",
+        Emitter::Beam { .. } => "a spot light or projector",
         Emitter::Directional { .. } => "a directional light",
         Emitter::Constant { .. } => "a constant environment",
         Emitter::Environment { .. } => "an environment map",

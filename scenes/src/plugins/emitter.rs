@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use pathspace_core::Rgb;
-use pathspace_core::description::EmitterDescription;
+use pathspace_core::description::{
+    EmitterDescription, FilmDescription, ProjectorDescription, SpotDescription,
+};
+use pathspace_core::texture::Texture;
 
 use super::props::Props;
-use super::{Context, sky, support};
+use super::{Context, sensor, sky, support, texture};
 use crate::error::{Result, SceneFileError};
 use crate::note::NoteKind;
 
@@ -62,6 +65,8 @@ pub(super) fn read_free(
                 intensity: props.light(context, "intensity")?,
             }
         }
+        "spot" => spot(context, &mut props)?,
+        "projector" => projector(context, &mut props)?,
         "directional" => {
             let direction = props.vector("direction")?;
             let to_world = props.transform("to_world")?;
@@ -86,6 +91,50 @@ pub(super) fn read_free(
     skip_medium(context, &mut props)?;
     props.finish(context)?;
     Ok(vec![emitter])
+}
+
+/// A point light in a cone.
+fn spot(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<EmitterDescription> {
+    let to_world = match props.transform("to_world")? {
+        Some(t) => sensor::rigid(props, t)?,
+        None => DAffine3::IDENTITY,
+    };
+    let intensity = props.light(context, "intensity")?;
+    let cutoff_degrees = props.positive("cutoff_angle")?.unwrap_or(20.0);
+    if cutoff_degrees >= 90.0 {
+        return Err(props.refuse("cutoff_angle", "an angle between 0 and 90 degrees"));
+    }
+    let beam_degrees = props.float("beam_width")?.unwrap_or(0.75 * cutoff_degrees);
+    let texture = match props.texture("texture")? {
+        Some(index) => Some(texture::read(context, index, 0)?),
+        None => None,
+    };
+    let shape = SpotDescription { intensity, cutoff_degrees, beam_degrees, texture };
+    Ok(EmitterDescription::Spot { to_world, shape })
+}
+
+/// An image thrown from a point.
+fn projector(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<EmitterDescription> {
+    let to_world = match props.transform("to_world")? {
+        Some(t) => sensor::rigid(props, t)?,
+        None => DAffine3::IDENTITY,
+    };
+    let irradiance = match props.texture("irradiance")? {
+        Some(index) => texture::read(context, index, 0)?,
+        None => Arc::new(Texture::Constant(props.light(context, "irradiance")?)),
+    };
+    let (width, height) = match &*irradiance {
+        Texture::Bitmap(image) => (image.bitmap.width(), image.bitmap.height()),
+        _ => (1, 1),
+    };
+    let fov_x_degrees = sensor::read_fov(props, &FilmDescription::new(width, height))?;
+    let scale = props.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(props.refuse("scale", "a number ≥ 0"));
+    }
+    let aspect = f64::from(width) / f64::from(height);
+    let shape = ProjectorDescription { irradiance, aspect, fov_x_degrees, scale: scale as f32 };
+    Ok(EmitterDescription::Projector { to_world, shape })
 }
 
 /// Radiance from an image over all directions.

@@ -23,7 +23,17 @@ pub(crate) fn read_scene(
     let graph = context.graph;
     let mut props = Props::new(graph, &graph.objects[0]);
     let sensors = props.nested("sensor")?;
+    let makes_an_image = |index: usize| sensor::makes_an_image(&graph.objects[index].plugin);
     let seen_by = match sensors.get(sensor) {
+        // A meter has no image: where the file has a camera as well, it is the one that is meant.
+        Some((index, place)) if sensor == 0 && !makes_an_image(*index) => {
+            let camera = sensors.iter().find(|(i, _)| makes_an_image(*i)).map(|(i, _)| *i);
+            if camera.is_some() {
+                let text = format!("{} makes no image", graph.objects[*index].title());
+                context.note(NoteKind::Ignored, text, place);
+            }
+            Some(camera.unwrap_or(*index))
+        }
         Some((index, _)) => Some(*index),
         None if sensor == 0 => None,
         None => {

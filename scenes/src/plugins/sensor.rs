@@ -1,11 +1,12 @@
 //! Sensors, with Mitsuba's angle of view brought to the horizontal one.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use pathspace_core::description::{FilmDescription, SensorDescription};
 
 use super::props::Props;
 use super::{Context, film, support};
 use crate::error::Result;
+use crate::note::NoteKind;
 
 /// What a sensor element gives.
 pub(super) struct Sensor {
@@ -31,6 +32,11 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
     let thin_lens = match object.plugin.as_str() {
         "perspective" => false,
         "thinlens" => true,
+        "orthographic" => return orthographic(context, index),
+        "distant" | "irradiancemeter" | "radiancemeter" => {
+            let props = Props::new(context.graph, object);
+            return Err(props.error("makes no image, and the file has no other sensor"));
+        }
         _ => return Err(support::unknown(object)),
     };
     let mut props = Props::new(context.graph, object);
@@ -81,6 +87,50 @@ pub(super) fn read(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
     Ok(Sensor { sensor, film, spp, medium })
 }
 
+/// True for sensors that make an image.
+pub(super) fn makes_an_image(plugin: &str) -> bool {
+    matches!(plugin, "perspective" | "thinlens" | "orthographic")
+}
+
+/// Distance of the camera that stands for parallel rays, in widths of the image.
+const FAR: f64 = 4096.0;
+
+/// Parallel rays: a camera far behind the sensor, with an angle of view that spans its square.
+fn orthographic(context: &mut Context<'_>, index: usize) -> Result<Sensor> {
+    let object = &context.graph.objects[index];
+    let mut props = Props::new(context.graph, object);
+    let film = match props.nested_one("film")? {
+        Some(index) => film::read(context, index)?,
+        None => film::default_film(),
+    };
+    let spp = match props.nested_one("sampler")? {
+        Some(index) => film::read_sampler(context, index)?,
+        None => None,
+    };
+    let medium = props.nested_one("medium")?;
+    let own = props.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let m = own.matrix3;
+    let [x, y] = [m.x_axis.length(), m.y_axis.length()];
+    if !(x > 0.0 && (x - y).abs() < 1e-3 * x && m.z_axis.length() > 0.0) {
+        return Err(props.complain("to_world", "x and y must be scaled alike"));
+    }
+    props.ignore(context, &["near_clip", "far_clip"], "nothing is clipped");
+    props.ignore(context, &["shutter_open", "shutter_close"], "nothing moves");
+    props.finish(context)?;
+    let axes = DMat3::from_cols(m.x_axis / x, m.y_axis / y, m.z_axis.normalize());
+    let distance = 2.0 * x * FAR;
+    let to_world =
+        DAffine3 { matrix3: axes, translation: own.translation - axes.z_axis * distance };
+    let text = format!(
+        "{} is a perspective camera from {FAR} widths behind: what is behind its plane is seen, too",
+        object.title()
+    );
+    context.note(NoteKind::Differs, text, &object.place);
+    let fov_x_degrees = 2.0 * (x / distance).atan().to_degrees();
+    let sensor = SensorDescription { to_world, fov_x_degrees, ..SensorDescription::default() };
+    Ok(Sensor { sensor, film, spp, medium })
+}
+
 /// Which side of the film an angle spans.
 #[derive(Clone, Copy)]
 enum Axis {
@@ -90,7 +140,7 @@ enum Axis {
 }
 
 /// `fov` along `fov_axis`, or the focal length of a 36 × 24 mm film along its diagonal.
-fn read_fov(props: &mut Props<'_>, film: &FilmDescription) -> Result<f64> {
+pub(super) fn read_fov(props: &mut Props<'_>, film: &FilmDescription) -> Result<f64> {
     let fov = props.float("fov")?;
     let focal = props.string("focal_length")?;
     let (degrees, axis) = match (fov, focal) {
@@ -153,7 +203,7 @@ fn fov_x(degrees: f64, axis: Axis, film: &FilmDescription) -> f64 {
 
 /// A camera may be turned, moved and mirrored, but not scaled (Mitsuba refuses it too). Rounding
 /// in the file is removed, so that directions stay unit vectors.
-fn rigid(props: &Props<'_>, t: DAffine3) -> Result<DAffine3> {
+pub(super) fn rigid(props: &Props<'_>, t: DAffine3) -> Result<DAffine3> {
     let m = t.matrix3;
     let gram = m.transpose() * m;
     let close = |v: DVec3, unit: DVec3| (v - unit).abs().max_element() < 1e-3;

@@ -77,6 +77,14 @@ pub(super) fn read(
     };
     let media = [props.named("interior", "medium")?, props.named("exterior", "medium")?];
     let media = media.iter().any(Option::is_some).then_some(media);
+    let graph = context.graph;
+    let sensor = |index: usize| graph.objects[index].class == "sensor";
+    for p in &object.properties {
+        if graph.target(p)?.is_some_and(sensor) {
+            props.nested("sensor")?;
+            context.note(NoteKind::Ignored, "a sensor on a shape makes no image", &p.place);
+        }
+    }
     let material = match props.nested_one("bsdf")? {
         Some(index) => Material::Object(index),
         // In files of 0.x a boundary without a bsdf is index-matched.

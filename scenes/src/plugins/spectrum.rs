@@ -3,6 +3,7 @@
 use super::props::Props;
 use super::{Context, support, texture};
 use crate::error::Result;
+use crate::note::NoteKind;
 use crate::spectrum::{Meaning, Sampled};
 
 /// Linear sRGB of the spectrum with this index. Mitsuba 3.9.1 has no sampled spectra and no black body as objects in its rgb variants; they are
@@ -50,7 +51,10 @@ pub(super) fn read(context: &mut Context<'_>, index: usize, meaning: Meaning) ->
             Sampled::new(props.place(), &what, samples)?.to_srgb(meaning)
         }
         name if texture::VARYING.contains(&name) => {
-            return Err(props.error("a texture is not read here: give a colour"));
+            let text = format!("{} stands for its mean here", object.title());
+            context.note(NoteKind::Differs, text, &object.place);
+            let mean = texture::read(context, index, 0)?.mean();
+            return Ok(mean.to_array().map(f64::from));
         }
         _ => return Err(support::unknown(object)),
     };

@@ -14,7 +14,7 @@ use crate::spectrum::Meaning;
 use crate::xml::value::Value;
 
 /// Types that vary over a surface; the others are spectra.
-pub(super) const VARYING: [&str; 3] = ["bitmap", "checkerboard", "scale"];
+pub(super) const VARYING: [&str; 4] = ["bitmap", "checkerboard", "mesh_attribute", "scale"];
 
 /// Textures in textures: deeper ones are a reference that runs in a circle.
 const MAX_NESTING: usize = 8;
@@ -40,6 +40,13 @@ pub(super) fn read(context: &mut Context<'_>, index: usize, depth: usize) -> Res
             };
             let texture = read(context, inner, depth + 1)?;
             Texture::Scaled { texture, factor: rounded(factor) }
+        }
+        "mesh_attribute" => {
+            props.string("name")?;
+            let scale = props.float("scale")?.unwrap_or(1.0) as f32;
+            let text = "texture \"mesh_attribute\" is grey 0.5: colours of meshes are not read";
+            context.note(NoteKind::Differs, text, props.place());
+            Texture::Constant(Rgb::grey(0.5 * scale))
         }
         name if support::of("texture", name) == Some(support::Support::Full) => {
             let colour = spectrum::read(context, index, Meaning::Factor)?;

@@ -142,7 +142,7 @@ fn broken_materials_and_lights() {
         (
             scene("<emitter type=\"laser\"/>"),
             vec![],
-            "bad.xml:3: emitter type \"laser\" is not understood; known: area, constant, directional, envmap, point, sky, sun, sunsky",
+            "bad.xml:3: emitter type \"laser\" is not understood; known: area, constant, directional, envmap, point, projector, sky, spot, sun, sunsky",
         ),
         (
             scene(

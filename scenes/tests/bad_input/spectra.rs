@@ -49,7 +49,7 @@ fn broken_spectra() {
         ),
         reflectance(
             "<spectrum name=\"reflectance\" type=\"rainbow\"/>",
-            "bad.xml:3: texture type \"rainbow\" is not understood; known: bitmap, blackbody, checkerboard, d65, irregular, rawconstant, regular, rgb, scale, srgb, uniform",
+            "bad.xml:3: texture type \"rainbow\" is not understood; known: bitmap, blackbody, checkerboard, d65, irregular, mesh_attribute, rawconstant, regular, rgb, scale, srgb, uniform",
         ),
         reflectance(
             "<spectrum name=\"reflectance\" type=\"blackbody\"/>",

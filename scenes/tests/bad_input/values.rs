@@ -182,9 +182,9 @@ fn broken_numbers_and_transforms() {
             "bad.xml:3: sensor \"thinlens\": needs the property \"aperture_radius\"",
         ),
         (
-            scene("<sensor type=\"orthographic\"/>"),
+            scene("<sensor type=\"fisheye\"/>"),
             vec![],
-            "bad.xml:3: sensor type \"orthographic\" is not understood; known: perspective, thinlens",
+            "bad.xml:3: sensor type \"fisheye\" is not understood; known: distant, irradiancemeter, orthographic, perspective, radiancemeter, thinlens",
         ),
     ]);
 }

@@ -70,8 +70,11 @@ impl Scene {
                 let local = Frame::from_normal(point.n_g).to_local(point.aim(next));
                 (local.z > 0.0).then(|| warp::cosine_hemisphere_inverse(local))
             }
-            Vertex::PointEmitter { .. } => {
+            Vertex::PointEmitter { emitter, .. } => {
                 let d = vertex.edge_to(next).direction();
+                if let Emitter::Beam { beam, .. } = *self.emitters().get(*emitter) {
+                    return self.emitters().beam(beam).invert(d);
+                }
                 Some(warp::uniform_sphere_inverse(d))
             }
             Vertex::InfiniteEmitter { to, .. } => {

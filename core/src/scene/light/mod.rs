@@ -124,6 +124,14 @@ impl Scene {
             Emitter::Point { position, intensity } => {
                 (Vertex::PointEmitter { emitter, p: position }, intensity, at_delta())
             }
+            Emitter::Beam { position, beam } => {
+                let d = (reference - position).normalize_or_zero();
+                let intensity = self.emitters().beam(beam).intensity(d);
+                if intensity.is_black() {
+                    return None;
+                }
+                (Vertex::PointEmitter { emitter, p: position }, intensity, at_delta())
+            }
             Emitter::Directional { to, irradiance } => {
                 (Vertex::InfiniteEmitter { emitter, to }, irradiance, at_delta())
             }
@@ -202,6 +210,19 @@ impl Scene {
                 next: NextDensity::Direction(Density::new(0.25 / PI)),
                 cos: 1.0,
             },
+            Emitter::Beam { position, beam } => {
+                let beam = self.emitters().beam(beam);
+                let d = beam.sample(direction);
+                EmissionSample {
+                    vertex: Vertex::PointEmitter { emitter, p: position },
+                    emitter,
+                    radiance: beam.intensity(d),
+                    pdf: at_delta() * mass,
+                    ray: Ray::new(position, d),
+                    next: NextDensity::Direction(beam.pdf(d)),
+                    cos: 1.0,
+                }
+            }
             Emitter::Directional { to, irradiance } => beam(to, irradiance, at_delta()),
             Emitter::Constant { .. } | Emitter::Environment { .. } => {
                 let to = self.emitters().sample_background(position);
@@ -234,7 +255,13 @@ impl Scene {
                 let cos = point.n_g.as_dvec3().dot(d.as_dvec3());
                 (cos > 0.0).then(|| NextDensity::Direction(Density::new(cos / PI)))
             }
-            Vertex::PointEmitter { .. } => Some(NextDensity::Direction(Density::new(0.25 / PI))),
+            Vertex::PointEmitter { emitter, .. } => match *self.emitters().get(*emitter) {
+                Emitter::Beam { beam, .. } => {
+                    let pdf = self.emitters().beam(beam).pdf(d);
+                    (!pdf.is_zero()).then_some(NextDensity::Direction(pdf))
+                }
+                _ => Some(NextDensity::Direction(Density::new(0.25 / PI))),
+            },
             Vertex::InfiniteEmitter { .. } => {
                 Some(NextDensity::Across(self.emitters().beam_density()))
             }
@@ -253,6 +280,7 @@ impl Scene {
             Vertex::Surface(point) => self.emitted(point, d),
             Vertex::PointEmitter { emitter, .. } => match *self.emitters().get(*emitter) {
                 Emitter::Point { intensity, .. } => intensity,
+                Emitter::Beam { beam, .. } => self.emitters().beam(beam).intensity(d),
                 _ => Rgb::BLACK,
             },
             Vertex::InfiniteEmitter { emitter, to } => match *self.emitters().get(*emitter) {
