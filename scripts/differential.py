@@ -38,13 +38,13 @@ class Grammar:
     def float(self, name, low, high):
         return f'<float name="{name}" value="{number(self.r.uniform(low, high))}"/>'
 
-    def bitmap(self, name, channels=3, low=0.0, high=1.0):
+    def bitmap(self, name, channels=3, low=0.0, high=1.0, least=2):
         """A small image beside the scene."""
         import numpy as np
         import mitsuba as mi
         self.bitmaps += 1
         rng = np.random.default_rng(self.r.randrange(1 << 30))
-        w, h = self.r.randint(2, 6), self.r.randint(2, 6)
+        w, h = self.r.randint(least, 6), self.r.randint(least, 6)
         data = (low + (high - low) * rng.random((h, w, channels))).astype(np.float32)
         file = f"image-{self.bitmaps}.exr"
         mi.Bitmap(data).write(os.path.join(self.folder, file))
@@ -154,9 +154,10 @@ class Grammar:
         body += "".join(self.value(n) for n in names if self.r.random() < 0.5)
         return body + self.maybe(self.float("diff_trans", 0.0, 2.0))
 
-    def place(self, size, spread):
+    def place(self, size, spread, bumps):
         r = self.r
-        mirror = '<scale x="-1"/>' if r.random() < 0.15 else ""
+        # A bump map of Mitsuba 3.9.1 is black on a mirrored rectangle or cube.
+        mirror = '<scale x="-1"/>' if r.random() < 0.15 and not bumps else ""
         # Mitsuba 3.9.1 does not normalise axes, and shears where they are not.
         axis = [r.uniform(-1, 1), r.uniform(-1, 1), 1.0]
         x, y, z = (f"{v / math.hypot(*axis):.9f}" for v in axis)
@@ -167,7 +168,8 @@ class Grammar:
     def shape(self):
         kind = self.r.choice(["sphere", "cube", "disk", "cylinder", "rectangle"])
         size = {"sphere": 0.55, "cube": 0.4, "cylinder": 0.5}.get(kind, 0.7) * self.r.uniform(0.8, 1.2)
-        return f'<shape type="{kind}">{self.place(size, 0.9)}{self.bsdf(3, False)}</shape>'
+        material = self.bsdf(3, False)
+        return f'<shape type="{kind}">{self.place(size, 0.9, "bumpmap" in material)}{material}</shape>'
 
     def emitters(self):
         r = self.r
@@ -179,7 +181,8 @@ class Grammar:
         point = f'<emitter type="point"><point name="position" x="{number(r.uniform(-2, 2))}" y="-1.5" z="2.5"/>{self.rgb("intensity", 4, 9)}</emitter>'
         sun = f'<emitter type="directional"><vector name="direction" x="{number(r.uniform(-1, 1))}" y="0.6" z="-1"/>{self.rgb("irradiance", 0.5, 2)}</emitter>'
         sky = f'<emitter type="constant">{self.rgb("radiance", 0.2, 1)}</emitter>'
-        image = self.bitmap("", 3, 0.0, 2.0)
+        # With two rows a map of Mitsuba 3.9.1 has only its poles.
+        image = self.bitmap("", 3, 0.0, 2.0, least=3)
         file = image.split('value="')[1].split('"')[0]
         envmap = f'<emitter type="envmap"><string name="filename" value="{file}"/>{self.float("scale", 0.3, 1)}</emitter>'
         look = f'<lookat origin="{number(r.uniform(-2, 2))}, -1.5, 2.6" target="0, 0, 0.3" up="0, 0, 1"/>'
@@ -188,15 +191,16 @@ class Grammar:
         projector = (f'<emitter type="projector"><transform name="to_world">{look}</transform>{self.bitmap("irradiance")}'
                      f'{self.float("fov", 30, 60)}{self.float("scale", 5, 20)}</emitter>')
         first = r.choice([lamp, lamp, ball, sky, envmap])
-        rest = [e for e in [point, sun, lamp] if r.random() < 0.2]
+        rest = [e for e in [point, sun, spot, projector, lamp] if r.random() < 0.2]
         return first + "".join(e for e in rest if e != first)
 
     def light(self, name, low, high):
+        # Textured lamps are not among what both show alike: their radiance is its mean here.
         return self.rgb(name, low, high)
 
     def sensor(self):
         r = self.r
-        kind = r.choice(["perspective", "perspective", "thinlens"])
+        kind = r.choice(["perspective", "perspective", "thinlens", "orthographic"])
         look = f'<lookat origin="{number(r.uniform(-1.5, 1.5))}, -4.5, {number(r.uniform(1, 3))}" target="0, 0, 0.7" up="0, 0, 1"/>'
         if kind == "orthographic":
             look = '<scale x="1.8" y="1.8"/>' + look
