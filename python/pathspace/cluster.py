@@ -271,7 +271,7 @@ def main(arguments: list[str] | None = None) -> int:
         elif given.scheduler:
             client = Client(given.scheduler)
         else:
-            client = Client(LocalCluster(n_workers=given.workers, threads_per_worker=1, dashboard_address=None))
+            client = Client(LocalCluster(n_workers=given.workers, threads_per_worker=1, dashboard_address=":0"))
         with client:
             image = render_on(
                 client,

@@ -108,7 +108,7 @@ class Scene:
         return self.native.spp
 
     def info(self) -> dict[str, Any]:
-        """What is in it: counts of shapes, triangles, emitters, bsdfs; `memory` is the bytes of the tree of
+        """What is in it: counts of shapes, triangles, emitters, bsdfs, media; `memory` is the bytes of the tree of
         rays; size, hash, depth, and the warnings of the reader."""
         return self.native.info()
 

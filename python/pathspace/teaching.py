@@ -18,7 +18,7 @@ All queries take and give arrays with one row for each ray.
 | `hits.visible(others)` | V, point by point |
 
 Directions are unit vectors that point away from the surface; densities are per solid angle. Positions are those of the normalised
-scene. A ray of direction 0 hits nothing.
+scene. A ray of direction 0 hits nothing. Rays see surfaces alone, not what is between them: scenes with media are for `render`.
 """
 
 from __future__ import annotations
@@ -50,6 +50,8 @@ class Film:
 
 def path_tracer(scene: Scene, spp: int, seed: int) -> Image:
     """Path tracing with next-event estimation and multiple importance sampling (Veach 1997; power heuristic)."""
+    if scene.info()["media"]:
+        raise ValueError("path_tracer knows no media")
     rng = np.random.default_rng(seed)
     film, count = Film(scene), scene.size[0] * scene.size[1]
     longest = scene.info()["max_depth"] or 64

@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use pathspace::core::Scene as World;
 use pathspace::core::description::{
-    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, ReliefMap,
-    SceneDescription, ShapeGeometry,
+    Crop, EmitterDescription, FilmDescription, FilterKind, MaterialKind, MediumDescription,
+    MediumKind, ReliefMap, SceneDescription, ShapeGeometry,
 };
 use pathspace::core::path::WalkRules;
 use pathspace::scenes::{
@@ -61,6 +61,7 @@ struct Contents {
     triangles: usize,
     emitters: Vec<&'static str>,
     materials: Vec<&'static str>,
+    media: Vec<&'static str>,
     bytes: usize,
 }
 
@@ -197,6 +198,7 @@ impl Scene {
         info.set_item("triangles", c.triangles)?;
         info.set_item("emitters", counted(py, &c.emitters)?)?;
         info.set_item("bsdfs", counted(py, &c.materials)?)?;
+        info.set_item("media", counted(py, &c.media)?)?;
         info.set_item("memory", c.bytes)?;
         info.set_item("max_depth", self.rules.max_length)?;
         info.set_item("integrator", &self.integrator)?;
@@ -275,13 +277,19 @@ impl Contents {
             EmitterDescription::Projector { .. } => "projector",
             EmitterDescription::Directional { .. } => "directional",
             EmitterDescription::Constant { .. } => "constant",
+            EmitterDescription::Environment { .. } => "envmap",
             _ => "other",
         });
+        let medium = |m: &MediumDescription| match m.kind {
+            MediumKind::Homogeneous { .. } => "homogeneous",
+            _ => "other",
+        };
         Contents {
             shapes: scene.shapes.len(),
             triangles: scene.shapes.iter().map(|s| triangles(&s.geometry)).sum(),
             emitters: area.chain(other).collect(),
             materials: scene.materials.iter().map(|m| model(&m.kind)).collect(),
+            media: scene.media.media.iter().map(medium).collect(),
             bytes: world.accel().stats().bytes,
         }
     }

@@ -14,7 +14,7 @@ distributed = pytest.importorskip("distributed")
 
 @pytest.fixture(scope="module")
 def client():
-    options = {"threads_per_worker": 1, "dashboard_address": None, "processes": True}
+    options = {"threads_per_worker": 1, "dashboard_address": ":0", "processes": True}
     with distributed.LocalCluster(n_workers=4, **options) as cluster, distributed.Client(cluster) as client:
         yield client
 

@@ -60,6 +60,7 @@ def test_info_counts_what_is_there(scene):
     info = scene.info()
     assert info["shapes"] == 2 and info["triangles"] == 2
     assert info["emitters"] == {"area": 1} and info["bsdfs"]["diffuse"] >= 1
+    assert info["media"] == {} and ps.library["fog-box"].info()["media"] == {"homogeneous": 1}
     assert info["size"] == (24, 16) and info["memory"] > 0 and info["max_depth"] == 5
     assert len(info["hash"]) == 64
 

@@ -75,6 +75,11 @@ def test_the_path_tracer_in_numpy_is_judged_like_any_other():
     assert not ps.validate(box, [too_bright, "pt"], spp=32, replicates=12).passed
 
 
+def test_the_path_tracer_in_numpy_refuses_what_it_does_not_see():
+    with pytest.raises(ValueError, match="media"):
+        path_tracer(ps.library("fog-box", res=8), 1, 1)
+
+
 def test_films_are_box_filtered(scene):
     film = Film(scene)
     film.splat(np.array([[0.5, 0.5], [0.9, 0.1], [23.9, 15.9], [24.1, 0.0]]), np.ones((4, 3)))

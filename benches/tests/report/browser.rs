@@ -50,7 +50,7 @@ impl Page {
     fn wait(&self, expression: &str) {
         let begin = Instant::now();
         while self.eval(&format!("Boolean({expression})")) != Value::Bool(true) {
-            assert!(begin.elapsed() < Duration::from_secs(60), "never true: {expression}");
+            assert!(begin.elapsed() < Duration::from_secs(600), "never true: {expression}");
             std::thread::sleep(Duration::from_millis(20));
         }
     }
@@ -278,11 +278,26 @@ fn convergence_is_stepped_through_and_played() {
     assert_eq!(source(), last);
 }
 
+/// Printing waits for nothing: what stands on paper is drawn when it begins.
+#[test]
+fn all_scenes_are_drawn_for_paper() {
+    let Some(page) = Page::open("paper", 1300) else { return };
+    page.wait("document.querySelector('#s1 [data-stage]')?.dataset.loaded === 'true'");
+    page.eval("dispatchEvent(new Event('beforeprint'))");
+    let opaque = "(() => { const c = document.querySelector('#s1 [data-canvas]');
+        return c.getContext('2d').getImageData(c.width / 4, c.height / 4, 1, 1).data[3]; })()";
+    assert_eq!(page.eval(opaque), 255);
+    page.eval("dispatchEvent(new Event('afterprint'))");
+    assert_eq!(page.eval("document.getElementById('s1').hidden"), true);
+}
+
 #[test]
 fn the_page_fits_a_phone_in_both_themes() {
     let Some(page) = Page::open("phone", 390) else { return };
     let wide = page.eval("document.documentElement.scrollWidth").as_f64().unwrap();
     assert!(wide <= 390.0, "{wide}");
+    let cut = "[...document.querySelectorAll('.chart')].filter((c) => c.scrollWidth > c.clientWidth).length";
+    assert_eq!(page.eval(cut), 0);
     let ground = || page.eval("getComputedStyle(document.body).backgroundColor");
     page.focus("#theme");
     page.press("Enter");

@@ -54,6 +54,16 @@
   };
   if (results.scenes.length) show(0);
   follow();
+
+  // Paper has all scenes, and printing waits for nothing: they are unpacked before, and drawn when it begins.
+  const soon = globalThis.requestIdleCallback ?? ((f) => setTimeout(f, 500));
+  soon(() => results.scenes.forEach((_, s) => mount(s)));
+  addEventListener('beforeprint', () => {
+    results.scenes.forEach((_, s) => { document.getElementById(`s${s}`).hidden = false; });
+    tell('curves');
+    tell('print');
+  });
+  addEventListener('afterprint', () => show(state.scene));
   addEventListener('hashchange', follow);
 
   // The part in view is marked in the navigation.

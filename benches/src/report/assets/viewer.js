@@ -292,6 +292,7 @@ report.viewer = (() => {
     });
 
     on('view', redraw);
+    on('print', draw);
     let width = 0;
     new ResizeObserver(() => {
       if (stage.clientWidth !== width) {
