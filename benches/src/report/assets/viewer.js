@@ -44,7 +44,7 @@ report.viewer = (() => {
     const mode = () => (modes.includes(state.mode) ? state.mode : 'image');
 
     const stage = make('div', { class: 'stage', 'data-stage': '' });
-    const canvas = make('canvas', { tabindex: 0, role: 'img', 'data-canvas': '' });
+    const canvas = make('canvas', { tabindex: 0, role: 'img', 'aria-label': 'Two images under a line', 'data-canvas': '' });
     const handle = make('div', {
       class: 'split', tabindex: 0, role: 'slider', 'aria-label': 'Border between the left and the right image', 'aria-valuemin': 0, 'aria-valuemax': 100,
       'aria-orientation': 'horizontal', 'data-split': '',
