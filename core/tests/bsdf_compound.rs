@@ -146,7 +146,8 @@ fn numbers_come_back_and_choose_uniformly() {
         for item in 0..20_000 {
             let mut u = stream(70 + i as u64, item);
             let sign = if item % 2 == 0 || !bsdf.transmits() { 1.0 } else { -1.0 };
-            let wo = direction(sign * f64::from(u.next()), 6.28 * f64::from(u.next()));
+            let wo =
+                direction(sign * f64::from(u.next()), std::f64::consts::TAU * f64::from(u.next()));
             let (lobe, number) = (u.next(), u.next2());
             let Some(s) = bsdf.sample(wo, lobe, number, Radiance) else { continue };
             let Some([lobe, a, b]) = bsdf.invert(wo, s.wi, s.event(), &mut u) else {

@@ -39,8 +39,11 @@ impl Key {
     }
 }
 
+/// A point and its model; `None` where there was none yet.
+type Entry = Option<(Key, Rc<Bsdf>)>;
+
 thread_local! {
-    static LAST: RefCell<Vec<Option<(Key, Rc<Bsdf>)>>> = const { RefCell::new(Vec::new()) };
+    static LAST: RefCell<Vec<Entry>> = const { RefCell::new(Vec::new()) };
 }
 
 /// The model of `key`, made by `make` where it is not among the last ones.

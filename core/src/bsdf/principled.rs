@@ -154,11 +154,11 @@ impl Principled {
         let cos = half.dot_o;
         let mut f = Rgb::grey((1.0 - k.metallic) * (1.0 - k.spec_tint) * half.fresnel);
         if k.metallic > 0.0 {
-            f = f + schlick(k.base_color, cos, k.eta) * k.metallic;
+            f += schlick(k.base_color, cos, k.eta) * k.metallic;
         }
         if k.spec_tint > 0.0 {
             let r0 = tint(k.base_color) * normal_reflectance(k.eta);
-            f = f + schlick(r0, cos, k.eta) * ((1.0 - k.metallic) * k.spec_tint);
+            f += schlick(r0, cos, k.eta) * ((1.0 - k.metallic) * k.spec_tint);
         }
         f
     }
@@ -188,15 +188,15 @@ impl Principled {
         if k.clearcoat > 0.0 {
             let d = Gtr1::of_gloss(k.clearcoat_gloss).d(half.normal);
             let coat = schlick(Rgb::grey(0.04), half.dot_o, k.eta).r;
-            f = f + Rgb::grey(0.25 * k.clearcoat * coat * d * (coat_g1(wo) * coat_g1(wi)));
+            f += Rgb::grey(0.25 * k.clearcoat * coat * d * (coat_g1(wo) * coat_g1(wi)));
         }
         let weight = self.base_weight();
         if weight > 0.0 {
             let lobe = base(k.roughness, k.flatness, wo.z, wi.z, half.dot_i);
-            f = f + k.base_color * (weight * FRAC_1_PI * lobe);
+            f += k.base_color * (weight * FRAC_1_PI * lobe);
             if k.sheen > 0.0 {
                 let sheen = k.sheen * (1.0 - k.metallic) * schlick_weight(half.dot_i);
-                f = f + sheen_colour(k.base_color, k.sheen_tint) * sheen;
+                f += sheen_colour(k.base_color, k.sheen_tint) * sheen;
             }
         }
         f

@@ -179,7 +179,7 @@ impl PrincipledThin {
             let mut value = k.base_color * (diffuse * self.through() * FRAC_1_PI);
             if specular > 0.0 && Self::passes(&p, mode) {
                 let facet = specular * (1.0 - f) * dg(&self.transmitting);
-                value = value + k.base_color * facet;
+                value += k.base_color * facet;
             }
             return value;
         }
@@ -188,12 +188,12 @@ impl PrincipledThin {
         let mut value = k.base_color * (kept * FRAC_1_PI * lobe);
         if k.sheen > 0.0 {
             let sheen = k.sheen * kept * schlick_weight(p.cos);
-            value = value + sheen_colour(k.base_color, k.sheen_tint) * sheen;
+            value += sheen_colour(k.base_color, k.sheen_tint) * sheen;
         }
         if specular > 0.0 {
             let r0 = tint(k.base_color) * normal_reflectance(k.eta);
             let fresnel = tinted(f, r0, p.cos, k.eta, k.spec_tint);
-            value = value + fresnel * (specular * dg(&self.reflecting));
+            value += fresnel * (specular * dg(&self.reflecting));
         }
         value
     }

@@ -451,7 +451,9 @@ impl Builder {
                 };
                 let SpotDescription { intensity, cutoff_degrees, beam_degrees, texture } = shape;
                 let (cutoff, beam) = (cutoff_degrees.to_radians(), beam_degrees.to_radians());
-                if !colour_ok(*intensity) || !(cutoff > 0.0 && cutoff < PI / 2.0) {
+                // NaN fails every comparison.
+                let sound = colour_ok(*intensity) && cutoff > 0.0 && cutoff < PI / 2.0;
+                if !sound {
                     return bad("the spot light has no cone between 0° and 90° or a bad intensity");
                 }
                 let shape = BeamShape::Spot {
@@ -470,9 +472,9 @@ impl Builder {
                 let ProjectorDescription { irradiance, aspect, fov_x_degrees, scale: factor } =
                     shape;
                 let x = (fov_x_degrees.to_radians() * 0.5).tan();
-                if !(*fov_x_degrees > 0.0 && *fov_x_degrees < 180.0 && *aspect > 0.0)
-                    || !(factor.is_finite() && *factor >= 0.0)
-                {
+                let fov = *fov_x_degrees;
+                let sound = fov > 0.0 && fov < 180.0 && *aspect > 0.0;
+                if !(sound && factor.is_finite() && *factor >= 0.0) {
                     return bad("angle of view, aspect or scale of the projector is out of range");
                 }
                 let shape = BeamShape::Projector {
