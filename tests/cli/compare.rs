@@ -139,6 +139,25 @@ fn seconds_are_those_of_one_replicate() {
     assert!(seconds > 0.0 && v["integrators"][0]["spp"].as_f64().unwrap() > 0.0, "{v}");
 }
 
+#[test]
+fn pictures_of_a_scene_share_the_exposure_that_is_asked_for() {
+    let folder = Folder::new();
+    let line = "compare furnace -i pt -i bdpt --size 8x8 --max-depth 1 --spp 1 --replicates 2";
+    // The background is 1 everywhere: sRGB of ½ where a stop less is asked for, nearly white where nothing is.
+    for (more, levels) in [("--exposure -1", 187..=188), ("", 231..=255)] {
+        let line = format!("{line} {more} -o out");
+        let output = run_in(folder.path(), &words(&line));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        for name in ["pt", "bdpt"] {
+            let picture = image::open(folder.file(&format!("out/furnace/{name}/mean.png")));
+            let level = picture.unwrap().to_rgb8().get_pixel(0, 0).0[1];
+            assert!(levels.contains(&level), "{name} {more}: {level}");
+        }
+    }
+    let output = run_in(folder.path(), &words(&format!("{line} --exposure auto -o out")));
+    assert!(stderr(&output).contains("furnace: exposure "), "{}", stderr(&output));
+}
+
 /// What a person reads without asking for more: verdicts, the best, a row each, and what to type next.
 #[test]
 fn the_first_screen_is_short_and_its_commands_run() {
