@@ -101,6 +101,7 @@ class Grammar:
         choices = plain + ([] if opaque else through) + (made * 2 if depth > 0 else [])
         specular = ["conductor", "plastic", "dielectric", "thindielectric", "mask"]
         kind = self.r.choice([c for c in choices if not (spreads and c in specular)])
+        # What stands in a bump map of 3.9.1 has an azimuth of its own.
         inner = lambda o=opaque: self.bsdf(depth - 1, o, spreads or kind == "blendbsdf")
         factors = self.maybe(self.rgb("specular_reflectance", 0.4, 1.0))
         body = {

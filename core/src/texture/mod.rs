@@ -95,17 +95,24 @@ impl Texture {
             Texture::Constant(c) => *c,
             Texture::Bitmap(image) => image.eval(uv),
             Texture::Checkerboard { colors, to_uv } => {
-                let p = to_uv.transform_point2(uv);
-                let upper = |x: f32| x - x.floor() > 0.5;
-                colors[usize::from(upper(p.x) != upper(p.y))].eval(uv)
+                colors[usize::from(is_second(*to_uv, uv))].eval(uv)
             }
             Texture::Scaled { texture, factor } => texture.eval(uv) * *factor,
         }
     }
 
-    /// One number at (u, v), for roughness and the like: the luminance of the colour.
+    /// One number at (u, v), for roughness and the like: the luminance of the colour. Of a checkerboard it is that of the other square, as in
+    /// Mitsuba 3.
     pub fn eval_scalar(&self, uv: Vec2) -> f32 {
-        luminance(self.eval(uv))
+        match self {
+            Texture::Checkerboard { colors, to_uv } => {
+                colors[usize::from(!is_second(*to_uv, uv))].eval_scalar(uv)
+            }
+            Texture::Scaled { texture, factor } if factor.r == factor.g && factor.g == factor.b => {
+                texture.eval_scalar(uv) * factor.r
+            }
+            _ => luminance(self.eval(uv)),
+        }
     }
 
     /// Derivatives of [`Texture::eval_scalar`] by u and v; of an image between the centres of its texels, 0 where it jumps.
@@ -157,6 +164,13 @@ impl Texture {
             _ => None,
         }
     }
+}
+
+/// True on the squares of a checkerboard that have its second texture.
+fn is_second(to_uv: Affine2, uv: Vec2) -> bool {
+    let p = to_uv.transform_point2(uv);
+    let upper = |x: f32| x - x.floor() > 0.5;
+    upper(p.x) != upper(p.y)
 }
 
 fn luminance(c: Rgb) -> f32 {
@@ -308,6 +322,9 @@ mod tests {
         let at = |u, v| board.eval(Vec2::new(u, v)).r;
         assert_eq!([at(0.1, 0.1), at(0.3, 0.1), at(0.1, 0.3)], [0.8, 0.1, 0.1]);
         assert_eq!([at(0.3, 0.3), at(-0.1, 0.1)], [0.8, 0.1]);
+        // As a number it has its colours the other way round there.
+        let number = |u, v| board.eval_scalar(Vec2::new(u, v));
+        assert_eq!([number(0.1, 0.1), number(0.3, 0.1), number(0.3, 0.3)], [0.1, 0.8, 0.1]);
         assert!((board.mean().r - 0.45).abs() < 1e-6);
         assert_eq!((board.max(), board.min()), (0.8, 0.1));
     }
