@@ -70,9 +70,9 @@ def test_the_path_tracer_in_numpy_is_judged_like_any_other():
     assert found.passed and pair.verdict == "agree" and pair.mdb < 0.05, str(found)
 
     def too_bright(scene, spp, seed):
-        return 1.2 * path_tracer(scene, spp, seed)
+        return 1.1 * path_tracer(scene, spp, seed)
 
-    assert not ps.validate(box, [too_bright, "pt"], spp=32, replicates=12).passed
+    assert not ps.validate(box, [too_bright, "pt"], spp=64, replicates=20).passed
 
 
 def test_the_path_tracer_in_numpy_refuses_what_it_does_not_see():

@@ -59,11 +59,11 @@ pub fn judge(cells: &[Measured], mdb: f64) {
     assert!(!cells.is_empty() && wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Measures every exact scene with one integrator, but for the caustics of a cup.
+/// Measures every exact scene with one integrator, but for the caustics of a cup and for media, which have tests of their own.
 fn suite(spec: &str, seed: u64, mdb: f64) {
-    let cups = exact::cup::all();
+    let apart: Vec<_> = exact::cup::all().into_iter().chain(exact::media::all()).collect();
     let mut scenes = exact::all();
-    scenes.retain(|scene| cups.iter().all(|cup| cup.name != scene.name));
+    scenes.retain(|scene| apart.iter().all(|other| other.name != scene.name));
     measure_all(scenes, spec, seed, mdb);
 }
 

@@ -26,7 +26,7 @@ fn normals_change_as_their_derivative_says() {
     let mut pairs = [0; 4];
     for _ in 0..4000 {
         let [a, c] = u.next2();
-        let o = glam::Vec3::new(2.0 * a - 1.0, 2.0 * c - 1.0, 2.0);
+        let o = glam::Vec3::new(a - 0.5, c - 0.5, 1.0);
         let d = glam::Vec3::new(u.next() - 0.5, u.next() - 0.5, -1.5).normalize();
         let offset = glam::Vec3::new(u.next() - 0.5, u.next() - 0.5, 0.0) * STEP;
         let (Some(p), Some(q)) =
@@ -41,8 +41,9 @@ fn normals_change_as_their_derivative_says() {
         let change = (q.frame.n.as_dvec3() - p.frame.n.as_dvec3()).as_vec3();
         let step = q.p.as_dvec3() - p.p.as_dvec3();
         let said = scene.normal_change(&p, step).as_vec3();
-        // Second order in the step, and the rounding of normals.
-        let bound = 20.0 * step.length_squared() as f32 + 1e-6;
+        // Second order in the step in units of the world (the sphere has the curvature 2), and the rounding of normals.
+        let world = step / scene.normalisation().scale;
+        let bound = 2.2 * world.length_squared() as f32 + 1e-6;
         assert!(change.distance(said) < bound, "shape {}: {change} {said}", p.shape);
         pairs[p.shape as usize] += 1;
     }
