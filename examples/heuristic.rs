@@ -1,6 +1,8 @@
-//! A heuristic of one's own, compared by the whole command: `bdpt` with g(r) = r√r beside the built-in ones.
+//! A heuristic of one's own, compared by the whole command: `bdpt` with g(r) = r√r beside the
+//! built-in ones.
 //!
-//! `cargo run --release --example heuristic -- compare cornell-box -i bdpt -i bdpt-soft --seconds 0.5`
+//! `cargo run --release --example heuristic -- compare cornell-box -i bdpt -i bdpt-soft --seconds
+//! 0.5`
 
 use std::process::ExitCode;
 

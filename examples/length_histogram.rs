@@ -1,4 +1,5 @@
-//! A sink of one's own: how many paths of each length an estimator makes, and how much light they bring.
+//! A sink of one's own: how many paths of each length an estimator makes, and how much light they
+//! bring.
 //!
 //! `cargo run --release --example length_histogram [SCENE]`
 
@@ -36,7 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut histogram = LengthHistogram::default();
     for item in 0..samples {
         let mut u = RandomStream::new(Address { seed: 1, step: 0, item });
-        // Any pixel of the window: W_e is normalised so that the mean over samples is the mean of the image.
+        // Any pixel of the window: W_e is normalised so that the mean over samples is the mean of
+        // the image.
         pt.estimate(&scene, None, &mut u, &mut histogram);
     }
     let total: f64 = histogram.0.values().map(|(_, light)| light).sum();

@@ -1,4 +1,5 @@
-//! Renders a scene of the library from Rust: `cargo run --release --example render [SCENE [INTEGRATOR [SPP]]]`.
+//! Renders a scene of the library from Rust: `cargo run --release --example render [SCENE
+//! [INTEGRATOR [SPP]]]`.
 
 use std::error::Error;
 use std::ops::ControlFlow;

@@ -33,7 +33,8 @@
 //! # }
 //! ```
 //!
-//! The command with an integrator of your own is one line, because everything in it takes a [`Registry`](integrators::Registry):
+//! The command with an integrator of your own is one line, because everything in it takes a
+//! [`Registry`](integrators::Registry):
 //!
 //! ```no_run
 //! use pathspace::integrators::Registry;

@@ -1,7 +1,8 @@
 //! No circular modules: within a crate, what a module uses does not use it.
 //!
-//! A plain reader of `crate::a` and `use crate::{a, b}` in the files of each crate, without comments and tests. Modules are those directly
-//! in the crate: inside a folder, parent and children may know each other.
+//! A plain reader of `crate::a` and `use crate::{a, b}` in the files of each crate, without
+//! comments and tests. Modules are those directly in the crate: inside a folder, parent and
+//! children may know each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,4 +1,5 @@
-//! Seconds to build the tree of inputs that once took quadratic time: equal boxes, and boxes whose areas underflow beside a huge one.
+//! Seconds to build the tree of inputs that once took quadratic time: equal boxes, and boxes whose
+//! areas underflow beside a huge one.
 //!
 //! ```text
 //! cargo bench -p pathspace-benches --bench build

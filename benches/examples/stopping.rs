@@ -1,8 +1,10 @@
-//! What `--error` does to the mean of an image: rendering stops on the estimate that it is judged by.
+//! What `--error` does to the mean of an image: rendering stops on the estimate that it is judged
+//! by.
 //!
-//! An estimator with fireflies is run until its relative error is surely below a target, with many seeds; and with fixed numbers of samples,
-//! as many as those runs took on average. Printed are the mean over seeds, relative to the truth 1, with its standard error, and how many runs ended darker
-//! than 1. Run with `cargo run --release -p pathspace-benches --example stopping -- 10000`.
+//! An estimator with fireflies is run until its relative error is surely below a target, with many
+//! seeds; and with fixed numbers of samples, as many as those runs took on average. Printed are the
+//! mean over seeds, relative to the truth 1, with its standard error, and how many runs ended
+//! darker than 1. Run with `cargo run --release -p pathspace-benches --example stopping -- 10000`.
 
 use glam::Vec2;
 use pathspace_benches::Precision;
@@ -39,7 +41,8 @@ fn add_sample(film: &mut Film, random: &mut Pcg32, p: f64) {
     film.add_samples(film.pixels());
 }
 
-/// Mean of the image and samples per pixel of one run, until the error or for a fixed number of samples.
+/// Mean of the image and samples per pixel of one run, until the error or for a fixed number of
+/// samples.
 fn run(seed: u64, p: f64, target: Option<f64>, samples: u32) -> (f64, f64) {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut film = Film::new(&FilmDescription::new(SIDE, SIDE), Layers::NONE);

@@ -47,8 +47,9 @@ impl Budget {
 
     /// True where it is better to stop than to make another step of `step` seconds.
     ///
-    /// A budget in seconds ends at the end of the step that is nearest to it: another step is made where it would end nearer
-    /// to the budget than now, so that the error is at most half a step. There is always one step.
+    /// A budget in seconds ends at the end of the step that is nearest to it: another step is made
+    /// where it would end nearer to the budget than now, so that the error is at most half a step.
+    /// There is always one step.
     pub(crate) fn is_spent(self, steps: u64, seconds: f64, step: f64) -> bool {
         match self {
             Budget::Samples(n) => steps >= n.max(1),
@@ -62,7 +63,8 @@ impl Budget {
 pub struct Goal {
     /// Where the budget is used up.
     pub budget: Option<Budget>,
-    /// Where the relative error ([`Precision`](crate::Precision)) is surely, by the upper end of its interval, no larger than this.
+    /// Where the relative error ([`Precision`](crate::Precision)) is surely, by the upper end of
+    /// its interval, no larger than this.
     pub error: Option<f64>,
 }
 
@@ -78,7 +80,8 @@ mod tests {
 
     #[test]
     fn seconds_end_at_the_step_that_is_nearest() {
-        // Steps of 0.4 s and 1 s to fill: two make 0.8, three 1.2; four steps of 0.3 make 1.2, three 0.9.
+        // Steps of 0.4 s and 1 s to fill: two make 0.8, three 1.2; four steps of 0.3 make 1.2,
+        // three 0.9.
         for (step, expected) in [(0.4, 2), (0.3, 3), (0.26, 4), (5.0, 1), (0.1, 10)] {
             let mut steps = 0;
             while !Budget::Seconds(1.0).is_spent(steps, steps as f64 * step, step) {

@@ -40,8 +40,9 @@ pub enum CompareError {
     Stats(#[from] StatsError),
 }
 
-/// Renders all replicates on the current rayon pool and judges them, for programs that want figures and no files; [`Plan`] has several
-/// scenes and budgets, goes on after a stop, and tells where it is.
+/// Renders all replicates on the current rayon pool and judges them, for programs that want figures
+/// and no files; [`Plan`] has several scenes and budgets, goes on after a stop, and tells where it
+/// is.
 ///
 /// # Errors
 /// [`CompareError`].

@@ -12,14 +12,15 @@ pub struct IntegratorSummary {
     pub integrator: String,
     /// Samples per pixel.
     pub spp: f64,
-    /// Wall-clock seconds of rendering, start-up of the integrator included, loading and compiling of another renderer not.
+    /// Wall-clock seconds of rendering, start-up of the integrator included, loading and compiling
+    /// of another renderer not.
     pub seconds: f64,
     /// Processor seconds of all threads.
     pub cpu_seconds: f64,
     /// Seconds of another renderer for loading and compiling, in all replicates; 0 for ours.
     pub startup_seconds: f64,
-    /// MSE over all that this integrator sees: mean over pixels and channels of the variance across replicates, or of the squared
-    /// error against a reference.
+    /// MSE over all that this integrator sees: mean over pixels and channels of the variance across
+    /// replicates, or of the squared error against a reference.
     pub mse: f64,
     /// The same of error / (mean² + ε).
     pub relmse: f64,

@@ -10,7 +10,8 @@ mse,mse_low,mse_high,relmse,relmse_trimmed,flip,firefly_index,nonfinite,\
 baseline,ratio,ratio_low,ratio_high,ratio_per_cpu_second,ratio_by_relmse,share_of_image,rests_on_rare_samples,machine_busy,\
 verdict,detectable_bias";
 
-/// The points of all curves as comma-separated values (RFC 4180). Numbers that are not finite are empty fields.
+/// The points of all curves as comma-separated values (RFC 4180). Numbers that are not finite are
+/// empty fields.
 pub fn csv(results: &Results) -> String {
     let mut text = format!("{HEADING}\n");
     for scene in &results.scenes {

@@ -13,8 +13,8 @@ use crate::shard::Shard;
 
 /// Renders until the budget is used up or `watch`, which is called after every step, says to stop.
 ///
-/// Runs on the current rayon pool; the film is the same to the bit for any number of threads. [`Session`] is the same with a place to stop
-/// and go on.
+/// Runs on the current rayon pool; the film is the same to the bit for any number of threads.
+/// [`Session`] is the same with a place to stop and go on.
 ///
 /// # Errors
 /// Where the integrator does not render this scene.

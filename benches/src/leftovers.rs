@@ -1,7 +1,8 @@
-//! What has to go when the program ends at once: temporary files and folders, and processes of other renderers.
+//! What has to go when the program ends at once: temporary files and folders, and processes of
+//! other renderers.
 //!
-//! Each is removed by its owner in the ordinary way. A second Ctrl-C ends the program without that; [`clear_leftovers`] is what it
-//! does before.
+//! Each is removed by its owner in the ordinary way. A second Ctrl-C ends the program without that;
+//! [`clear_leftovers`] is what it does before.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -79,7 +80,8 @@ impl TemporaryFolder {
     }
 }
 
-/// Ends processes of other renderers and removes temporary files and folders, for a program that ends at once afterwards.
+/// Ends processes of other renderers and removes temporary files and folders, for a program that
+/// ends at once afterwards.
 pub fn clear_leftovers() {
     let items: Vec<Item> = std::mem::take(&mut *items());
     // Processes first: they write into the folders.

@@ -24,7 +24,8 @@
 //! | How does an image become a file? | [`output`] |
 //! | … and a file of any renderer an image? | [`input`] |
 //!
-//! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from another crate is treated as one of ours.
+//! Everything here stands on [`pathspace_core::integrator::Run`] alone, so that an integrator from
+//! another crate is treated as one of ours.
 
 pub mod analysis;
 pub mod budget;

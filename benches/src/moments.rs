@@ -3,7 +3,8 @@
 use pathspace_core::color::luminance;
 use pathspace_validation::stats::error::relative_epsilon;
 
-/// Running mean and sum of squared deviations of images (Welford 1962), pixel by pixel and channel by channel.
+/// Running mean and sum of squared deviations of images (Welford 1962), pixel by pixel and channel
+/// by channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageMoments {
     count: u64,
@@ -46,14 +47,15 @@ impl ImageMoments {
         self.squares.iter().map(|s| s.map(|v| v / k)).collect()
     }
 
-    /// MSE of one image where the integrator is unbiased: the mean over pixels and channels of the variance.
+    /// MSE of one image where the integrator is unbiased: the mean over pixels and channels of the
+    /// variance.
     pub fn mse(&self) -> f64 {
         let k = self.count.saturating_sub(1) as f64 * self.squares.len() as f64 * 3.0;
         self.squares.iter().flatten().sum::<f64>() / k
     }
 
-    /// Relative MSE of one image: the mean over pixels and channels of variance / (mean² + ε), with ε = 10⁻²·(mean
-    /// luminance)². 0 where the image is black.
+    /// Relative MSE of one image: the mean over pixels and channels of variance / (mean² + ε), with
+    /// ε = 10⁻²·(mean luminance)². 0 where the image is black.
     pub fn relative_mse(&self) -> f64 {
         let luminance = self.mean.iter().map(luminance).sum::<f64>() / self.mean.len() as f64;
         let epsilon = relative_epsilon(luminance);

@@ -33,14 +33,16 @@ fn finite<S: serde::Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::
 ///
 /// ε = √(1/P Σ_j Var Ȳ_j) / (1/P Σ_j E Ȳ_j),
 ///
-/// where Ȳ_j is the luminance of pixel j of P in the image so far: the standard deviation of a pixel, root mean square over the image, as a share
-/// of its mean brightness. It falls with the square root of the samples.
+/// where Ȳ_j is the luminance of pixel j of P in the image so far: the standard deviation of a
+/// pixel, root mean square over the image, as a share of its mean brightness. It falls with the
+/// square root of the samples.
 ///
-/// A pair of batches a, b gives D = 1/P Σ_j ½(a_j − b_j)², whose expectation is the variance of one batch; the image of N batches has the
-/// variance E D/N. D and the mean luminance are means over pixels, nearly normal, and independent from pair to pair. Each has a
-/// confidence sequence from the paired t e-process ([`PairedT::half_width`]) at half of 1 − [`CONFIDENCE`], so that both hold at all
-/// times with that confidence, and with them the interval of ε. What no batch has met yet (a caustic that is hit once in a million samples)
-/// is in no estimate.
+/// A pair of batches a, b gives D = 1/P Σ_j ½(a_j − b_j)², whose expectation is the variance of one
+/// batch; the image of N batches has the variance E D/N. D and the mean luminance are means over
+/// pixels, nearly normal, and independent from pair to pair. Each has a confidence sequence from
+/// the paired t e-process ([`PairedT::half_width`]) at half of 1 − [`CONFIDENCE`], so that both
+/// hold at all times with that confidence, and with them the interval of ε. What no batch has met
+/// yet (a caustic that is hit once in a million samples) is in no estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Precision {
     /// Luminance of the sums at the end of the last batch.
@@ -66,7 +68,8 @@ impl Precision {
         }
     }
 
-    /// Ends a batch: all that was added to the film since the last one. Batches must be independent of each other.
+    /// Ends a batch: all that was added to the film since the last one. Batches must be independent
+    /// of each other.
     pub fn end_batch(&mut self, film: &Film) {
         let samples = film.samples() - self.last_samples;
         if samples == 0 {
@@ -104,8 +107,8 @@ impl Precision {
         self.batch_samples as f64 / self.last.len() as f64
     }
 
-    /// The relative error of the film, which may have grown beyond the last batch; `None` before enough is known, and of a
-    /// film that is black so far.
+    /// The relative error of the film, which may have grown beyond the last batch; `None` before
+    /// enough is known, and of a film that is black so far.
     pub fn error(&self, film: &Film) -> Option<RelativeError> {
         let mean = self.mean.mean();
         if self.variance.pairs() < LEAST_PAIRS || !(mean > 0.0) {
@@ -139,8 +142,8 @@ mod tests {
 
     const SIDE: u32 = 12;
 
-    /// Adds one sample to every pixel: brightness (1 + the column) times an exponential number. Mean 6.5, variance of a sample the mean
-    /// of the squared brightness, 54 1/6.
+    /// Adds one sample to every pixel: brightness (1 + the column) times an exponential number.
+    /// Mean 6.5, variance of a sample the mean of the squared brightness, 54 1/6.
     fn add_sample(film: &mut Film, random: &mut Pcg32) {
         let mut chunk = Chunk::new(film.layers());
         for y in 0..SIDE {

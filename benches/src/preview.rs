@@ -1,7 +1,7 @@
 //! Live preview in the viewer tev, by its TCP protocol.
 //!
-//! A thread of its own talks to the viewer: a slow one shows fewer images, one that goes away is told of once, and rendering waits for
-//! neither.
+//! A thread of its own talks to the viewer: a slow one shows fewer images, one that goes away is
+//! told of once, and rendering waits for neither.
 
 use std::io;
 use std::net::{TcpStream, ToSocketAddrs};
@@ -44,8 +44,8 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// Connects to the viewer at `host:port` (tev's own port where none is given), and opens an image of the size of the
-    /// film's window in it.
+    /// Connects to the viewer at `host:port` (tev's own port where none is given), and opens an
+    /// image of the size of the film's window in it.
     ///
     /// # Errors
     /// Where nobody listens there.

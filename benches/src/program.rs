@@ -5,10 +5,11 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-/// A word for the program that is running: the BLAKE3 hash of its file, or its version where the file cannot be read.
+/// A word for the program that is running: the BLAKE3 hash of its file, or its version where the
+/// file cannot be read.
 ///
-/// Another build, or a program with a plug-in, may use other random numbers under the same version: what it has rendered is not gone on
-/// with.
+/// Another build, or a program with a plug-in, may use other random numbers under the same version:
+/// what it has rendered is not gone on with.
 pub fn program() -> &'static str {
     static PROGRAM: OnceLock<String> = OnceLock::new();
     PROGRAM.get_or_init(|| {

@@ -1,7 +1,9 @@
-//! Reference images: two agreeing unbiased integrators, in two independent halves, with their own error.
+//! Reference images: two agreeing unbiased integrators, in two independent halves, with their own
+//! error.
 //!
-//! Halves, because (A−R₁)(A−R₂) has no noise of the reference in its mean; two integrators, because a reference that is wrong makes
-//! everything wrong. The light that different families of techniques can make is kept apart, so that an integrator which can not make all of it is
+//! Halves, because (A−R₁)(A−R₂) has no noise of the reference in its mean; two integrators, because
+//! a reference that is wrong makes everything wrong. The light that different families of
+//! techniques can make is kept apart, so that an integrator which can not make all of it is
 //! measured on what it can.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,10 +58,12 @@ pub struct Part<'a> {
 }
 
 impl ReferenceImage {
-    /// Even replicates to the first half, odd ones to the second; integrators weighted wherever they can make the light.
+    /// Even replicates to the first half, odd ones to the second; integrators weighted wherever
+    /// they can make the light.
     ///
-    /// The weight is the inverse of the variance that the first `pilot` replicates show, which are in neither half: weights from
-    /// the same replicates would tie the halves to each other, and favour those that missed rare light. All weigh the same without a pilot.
+    /// The weight is the inverse of the variance that the first `pilot` replicates show, which are
+    /// in neither half: weights from the same replicates would tie the halves to each other, and
+    /// favour those that missed rare light. All weigh the same without a pilot.
     pub fn of(parts: &[Part<'_>], pilot: usize, pixels: usize) -> Self {
         let weights: Vec<f64> = parts.iter().map(|p| weight(p, pilot, pixels)).collect();
         let mut seen = BTreeSet::new();
@@ -132,7 +136,8 @@ impl ReferenceImage {
         }
     }
 
-    /// Writes the mean as the image, with the halves as layers; the PNG beside it is for looking at.
+    /// Writes the mean as the image, with the halves as layers; the PNG beside it is for looking
+    /// at.
     ///
     /// # Errors
     /// Where it cannot be written.
@@ -199,7 +204,8 @@ pub fn reference_path(folder: &Path, name: &str, key: &str) -> PathBuf {
     folder.join(format!("{stem}-{}.exr", &hash[..16]))
 }
 
-/// Inverse of the variance of a replicate, by the first `pilot` of them; 1 where it has no noise or nothing is known.
+/// Inverse of the variance of a replicate, by the first `pilot` of them; 1 where it has no noise or
+/// nothing is known.
 fn weight(part: &Part<'_>, pilot: usize, pixels: usize) -> f64 {
     let cells = &part.cells[..pilot.min(part.cells.len())];
     let images: Vec<Vec<f32>> = cells.iter().map(|c| c.image(Families::ALL, pixels)).collect();

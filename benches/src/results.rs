@@ -1,6 +1,7 @@
 //! What an experiment gave, as `results.json` holds it (docs/json.md).
 //!
-//! Paths are relative to the folder of the file. A number that is not finite is written as `null` and read as NaN.
+//! Paths are relative to the folder of the file. A number that is not finite is written as `null`
+//! and read as NaN.
 
 use pathspace_validation::json::{number, numbers};
 use pathspace_validation::pairs::Judgement;
@@ -124,7 +125,8 @@ pub struct MethodResults {
     pub external: bool,
     /// Budget after budget, the smallest first.
     pub points: Vec<Point>,
-    /// Slope of ln MSE against ln seconds over the budgets, −1 expected; with three budgets or more.
+    /// Slope of ln MSE against ln seconds over the budgets, −1 expected; with three budgets or
+    /// more.
     pub slope: Option<Interval>,
     /// 1/(MSE·seconds) at the largest budget.
     pub efficiency: Interval,
@@ -151,7 +153,8 @@ pub struct Point {
     /// Processor seconds of a replicate, on average.
     #[serde(deserialize_with = "number")]
     pub cpu_seconds: f64,
-    /// Seconds that another renderer needed besides, in all replicates, to load and compile; 0 for our own.
+    /// Seconds that another renderer needed besides, in all replicates, to load and compile; 0 for
+    /// our own.
     #[serde(deserialize_with = "number")]
     pub startup_seconds: f64,
     /// Samples per pixel of a replicate, on average.
@@ -231,7 +234,8 @@ pub struct TimeToError {
     /// Upper end of the 95 % interval; NaN where the data do not bound it.
     #[serde(deserialize_with = "number")]
     pub high: f64,
-    /// True where the largest budget did not reach the target: `low` is then a bound and there is no estimate.
+    /// True where the largest budget did not reach the target: `low` is then a bound and there is
+    /// no estimate.
     pub censored: bool,
 }
 

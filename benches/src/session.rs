@@ -19,7 +19,8 @@ use crate::shard::Shard;
 const REPLICATES: u64 = 0x7265_706c_6963;
 /// Fewest and most steps of a replicate of a chain.
 const REPLICATE_STEPS: std::ops::RangeInclusive<u64> = 8..=4096;
-/// Seconds of steps that are made together, so that threads wait for each other seldom and small films are not all overhead.
+/// Seconds of steps that are made together, so that threads wait for each other seldom and small
+/// films are not all overhead.
 const TOGETHER: f64 = 0.05;
 /// A chain's start may take this share of a replicate.
 const START_SHARE: f64 = 0.25;
@@ -76,7 +77,8 @@ pub struct Progress {
     pub work: Work,
     /// Time spent on rendering.
     pub spent: Spent,
-    /// True where the steps are those of the whole render's seed, false where this is a run with a seed of its own; see [`Shard`].
+    /// True where the steps are those of the whole render's seed, false where this is a run with a
+    /// seed of its own; see [`Shard`].
     pub by_steps: bool,
     /// State of the run.
     pub state: State,
@@ -90,7 +92,8 @@ pub struct Progress {
     pub replicate: Replicate,
 }
 
-/// A chain says nothing about its own error: it is rendered as several, with seeds of their own, whose films are added.
+/// A chain says nothing about its own error: it is rendered as several, with seeds of their own,
+/// whose films are added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Replicate {
     /// Number of the replicate under way, from 0.
@@ -135,7 +138,8 @@ impl<'a> Session<'a> {
     pub fn start(plan: Plan<'a>) -> Result<Self, IntegratorError> {
         let clock = Stopwatch::start();
         let Plan { integrator, scene, seed, shard, .. } = plan;
-        // The seed of a shard's own first: a chain has a costly start, which then is the right one at once.
+        // The seed of a shard's own first: a chain has a costly start, which then is the right one
+        // at once.
         let mut run = integrator.start(Arc::clone(scene), shard.seed(seed))?;
         let by_steps = run.seek(shard.step(0));
         if by_steps && !shard.is_whole() {
@@ -147,7 +151,8 @@ impl<'a> Session<'a> {
         Ok(Session::new(plan, film, run, &progress, clock))
     }
 
-    /// Goes on from where [`Session::progress`] and the film were taken, to the bit as if never interrupted.
+    /// Goes on from where [`Session::progress`] and the film were taken, to the bit as if never
+    /// interrupted.
     ///
     /// # Errors
     /// Where the integrator does not render this scene, or the state is not one of this integrator.
@@ -222,9 +227,9 @@ impl<'a> Session<'a> {
 
     /// Begins to estimate the relative error of the image; to be asked for before the first step.
     ///
-    /// Batches are the steps of the run where these are independent of each other; the film is then the one it would have been
-    /// anyway. They are whole replicates with seeds of their own where it is a chain, long enough for a chain's start to take a quarter of
-    /// the time at most.
+    /// Batches are the steps of the run where these are independent of each other; the film is then
+    /// the one it would have been anyway. They are whole replicates with seeds of their own where
+    /// it is a chain, long enough for a chain's start to take a quarter of the time at most.
     pub fn watch_error(&mut self) {
         let film = &self.film;
         self.precision.get_or_insert_with(|| Precision::new(film.pixels()));
@@ -235,13 +240,14 @@ impl<'a> Session<'a> {
         self.precision.as_ref()
     }
 
-    /// The relative error of the image so far; `None` where nobody asked for it or too little is known.
+    /// The relative error of the image so far; `None` where nobody asked for it or too little is
+    /// known.
     pub fn error(&self) -> Option<RelativeError> {
         self.precision.as_ref()?.error(&self.film)
     }
 
-    /// Time spent on rendering, start-up of the integrator included, time in `watch` and after [`Session::run`] not; sessions before this
-    /// one included.
+    /// Time spent on rendering, start-up of the integrator included, time in `watch` and after
+    /// [`Session::run`] not; sessions before this one included.
     pub fn spent(&self) -> Spent {
         let mut spent = self.paused.unwrap_or_else(|| self.clock.spent()) - self.aside;
         spent += self.before;
@@ -319,9 +325,10 @@ impl<'a> Session<'a> {
         (self.clock.seconds() - self.aside.seconds - self.start_up) / self.own_steps as f64
     }
 
-    /// Renders until the goal is reached (budgets are those of the whole render, see [`Shard::share_of`]) or `watch`, which is
-    /// called after every few steps but the last, says to stop. True where the goal was reached; where there is an error to reach, a
-    /// budget is only a limit.
+    /// Renders until the goal is reached (budgets are those of the whole render, see
+    /// [`Shard::share_of`]) or `watch`, which is called after every few steps but the last, says to
+    /// stop. True where the goal was reached; where there is an error to reach, a budget is only a
+    /// limit.
     ///
     /// # Errors
     /// Where the integrator does not go on.

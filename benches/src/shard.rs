@@ -14,9 +14,10 @@ const SHARDS: u64 = 0x7368_6172_6473;
 
 /// One of `count` shares of a render; their films add up to that of the whole.
 ///
-/// Share i (from 0) of n makes the steps i, i + n, i + 2n, … of the render's seed, where steps are independent of each other
-/// ([`Run::seek`](pathspace_core::integrator::Run::seek)). A Markov chain can not begin in the middle: there every share is a run
-/// with a seed of its own, derived from (seed, i), with its own bootstrap.
+/// Share i (from 0) of n makes the steps i, i + n, i + 2n, … of the render's seed, where steps are
+/// independent of each other ([`Run::seek`](pathspace_core::integrator::Run::seek)). A Markov chain
+/// can not begin in the middle: there every share is a run with a seed of its own, derived from
+/// (seed, i), with its own bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Shard {
     index: u32,
@@ -67,7 +68,8 @@ impl Shard {
         u64::from(self.index) + steps * u64::from(self.count)
     }
 
-    /// The share's part of the budget of the whole: of samples those of its steps, of seconds all, because shares run side by side.
+    /// The share's part of the budget of the whole: of samples those of its steps, of seconds all,
+    /// because shares run side by side.
     pub fn share_of(self, budget: Budget) -> Budget {
         match budget {
             Budget::Samples(n) => {

@@ -1,6 +1,8 @@
-//! Who stands where on a scene: what a person wants to know first, for the terminal, the page and `results.csv` alike.
+//! Who stands where on a scene: what a person wants to know first, for the terminal, the page and
+//! `results.csv` alike.
 //!
-//! Everything here is worked out from [`SceneResults`], so that a stored comparison reads as it did when it was made.
+//! Everything here is worked out from [`SceneResults`], so that a stored comparison reads as it did
+//! when it was made.
 
 use pathspace_validation::page::ratio;
 use pathspace_validation::stats::{Rule, Verdict};
@@ -26,7 +28,8 @@ pub struct Standing {
     pub index: usize,
     /// True for the baseline itself.
     pub is_baseline: bool,
-    /// Efficiency 1/(MSE·s) over that of the baseline, on the light that both make; 1 for the baseline, NaN where there is none.
+    /// Efficiency 1/(MSE·s) over that of the baseline, on the light that both make; 1 for the
+    /// baseline, NaN where there is none.
     pub ratio: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,
@@ -34,7 +37,8 @@ pub struct Standing {
     pub high: f64,
     /// The same ratio per second of processor time.
     pub cpu_ratio: f64,
-    /// Ratio of 1/(relMSE·s) on the whole image; NaN where one of both does not make the whole image.
+    /// Ratio of 1/(relMSE·s) on the whole image; NaN where one of both does not make the whole
+    /// image.
     pub relative_ratio: f64,
     /// relMSE of a replicate.
     pub relmse: f64,
@@ -42,7 +46,8 @@ pub struct Standing {
     pub seen: f64,
     /// False where a part of the image is missing that shows.
     pub whole: bool,
-    /// True where the comparison with the baseline would not have seen a bias of 10 %: the ratio is that of the samples that came.
+    /// True where the comparison with the baseline would not have seen a bias of 10 %: the ratio is
+    /// that of the samples that came.
     pub heavy: bool,
     /// True where it, or the baseline, did not have the processors for itself.
     pub busy: bool,
@@ -144,7 +149,8 @@ fn standing(
     }
 }
 
-/// Share of the image that an integrator can make: what is missing from the image of any other one is missing.
+/// Share of the image that an integrator can make: what is missing from the image of any other one
+/// is missing.
 pub fn seen(scene: &SceneResults, integrator: &str) -> f64 {
     let missing = scene.pairs.iter().flat_map(|p| &p.judgement.unseen);
     let missing = missing.filter(|u| u.integrator == integrator && u.fraction.is_finite());
@@ -157,7 +163,8 @@ fn mdb_of(scene: &SceneResults, a: &str, b: &str) -> Option<f64> {
     judgements.find(|j| (j.a == a && j.b == b) || (j.a == b && j.b == a)).map(|j| j.mdb)
 }
 
-/// Processor time over wall clock times threads, at the largest budget; `None` for other renderers and where the system does not tell.
+/// Processor time over wall clock times threads, at the largest budget; `None` for other renderers
+/// and where the system does not tell.
 fn utilisation(method: &MethodResults, threads: usize) -> Option<f64> {
     let p = method.points.last().filter(|_| !method.external)?;
     let share = p.cpu_seconds / (p.seconds * threads.max(1) as f64);

@@ -79,7 +79,8 @@ impl Index<usize> for Rgb {
     }
 }
 
-/// Rec. 709 luminance of a pixel, Y = 0.212671 r + 0.715160 g + 0.072169 b, the weights that Mitsuba uses. They sum to 1: grey keeps its value.
+/// Rec. 709 luminance of a pixel, Y = 0.212671 r + 0.715160 g + 0.072169 b, the weights that
+/// Mitsuba uses. They sum to 1: grey keeps its value.
 pub fn luminance(p: &[f64; 3]) -> f64 {
     0.212671 * p[0] + 0.715160 * p[1] + 0.072169 * p[2]
 }

@@ -10,8 +10,9 @@ use crate::scene::Scene;
 /// Turns one point of primary sample space into contributions. With a random stream it is a Monte
 /// Carlo integrator ([`MonteCarlo`]); with a mutated vector it is primary-sample-space Metropolis.
 pub trait PathEstimator: Send + Sync + 'static {
-    /// Emits the contributions of one sample. `pixel` is the pixel (of the whole film) that this sample belongs to, or
-    /// `None` for a sample of the whole crop window; estimators that start at the emitters take no notice of it.
+    /// Emits the contributions of one sample. `pixel` is the pixel (of the whole film) that this
+    /// sample belongs to, or `None` for a sample of the whole crop window; estimators that start at
+    /// the emitters take no notice of it.
     fn estimate<U: PrimarySample, S: Sink>(
         &self,
         scene: &Scene,
@@ -34,12 +35,14 @@ pub trait Integrator: Send + Sync {
     /// Families of techniques that it uses on this scene: which paths it can see.
     fn families(&self, scene: &Scene) -> Families;
 
-    /// Whether it renders scenes with participating media. Others are refused such a scene when they start, so that no image is silently wrong.
+    /// Whether it renders scenes with participating media. Others are refused such a scene when
+    /// they start, so that no image is silently wrong.
     fn sees_media(&self) -> bool {
         false
     }
 
-    /// Begins a run: goes on from the state before the first step. Two runs with different seeds are independent replicates.
+    /// Begins a run: goes on from the state before the first step. Two runs with different seeds
+    /// are independent replicates.
     ///
     /// # Errors
     /// Where the scene is not for this integrator (a radiosity solver and a mirror).
@@ -65,16 +68,19 @@ pub trait Integrator: Send + Sync {
 
 /// An integrator at work on one scene with one seed.
 pub trait Run: Send {
-    /// Does what the next step needs first, a bootstrap for instance. A step does it by itself; callers that plan how many steps fit into a
-    /// time ask for it beforehand, to tell its time from that of a step.
+    /// Does what the next step needs first, a bootstrap for instance. A step does it by itself;
+    /// callers that plan how many steps fit into a time ask for it beforehand, to tell its time
+    /// from that of a step.
     fn prepare(&mut self, _film: &mut Film) -> Work {
         Work::default()
     }
 
-    /// About one sample (or mutation) per pixel. Runs on the current rayon pool; the film is the same to the bit for any number of threads.
+    /// About one sample (or mutation) per pixel. Runs on the current rayon pool; the film is the
+    /// same to the bit for any number of threads.
     fn step(&mut self, film: &mut Film) -> Work;
 
-    /// `count` steps, the same to the bit as one after the other. Steps that are made together need not wait for each other's last items.
+    /// `count` steps, the same to the bit as one after the other. Steps that are made together need
+    /// not wait for each other's last items.
     fn steps(&mut self, film: &mut Film, count: u64) -> Work {
         let mut work = Work::default();
         for _ in 0..count {
@@ -86,20 +92,22 @@ pub trait Run: Send {
     /// Everything besides the film that the next step depends on.
     fn save(&self) -> State;
 
-    /// Figures about the run so far by name, for people: acceptance of mutations, normalisation and its standard error. Nothing depends on them.
+    /// Figures about the run so far by name, for people: acceptance of mutations, normalisation and
+    /// its standard error. Nothing depends on them.
     fn figures(&self) -> Vec<(String, f64)> {
         Vec::new()
     }
 
-    /// Makes `step` the next step and says true, where a step depends on nothing but the seed and its number. Such a run can be
-    /// shared out by steps, and its steps are independent of each other. A Markov chain says false and stays where it is: shards
-    /// and replicates of it get seeds of their own.
+    /// Makes `step` the next step and says true, where a step depends on nothing but the seed and
+    /// its number. Such a run can be shared out by steps, and its steps are independent of each
+    /// other. A Markov chain says false and stays where it is: shards and replicates of it get
+    /// seeds of their own.
     fn seek(&mut self, _step: u64) -> bool {
         false
     }
 
-    /// The paths of one work item of a step, made as the step makes them: for whoever wants to look at a single path. `None` where a step
-    /// is more than independent samples.
+    /// The paths of one work item of a step, made as the step makes them: for whoever wants to look
+    /// at a single path. `None` where a step is more than independent samples.
     fn replay(&self, _step: u64, _item: u64) -> Option<RecordingSink> {
         None
     }

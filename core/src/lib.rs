@@ -1,9 +1,11 @@
 //! The path-space core: light transport itself, without algorithms and file formats.
 //!
-//! A path x̄ = x₀x₁…x_k starts on an emitter and ends on the sensor; a pixel is I_j = ∫_Ω f_j(x̄) dμ(x̄) over the space of
-//! all paths with the product area measure. This crate holds the terms of that integral: measures
-//! ([`measure`]), geometry and visibility ([`geometry`], [`scene`]), scattering ([`bsdf`], [`medium`]), [`texture`]s, emission ([`emitter`]), the sensor
-//! ([`sensor`]), densities and weights ([`path`], [`mis`]) and the [`film`]; and the seams that algorithms plug into ([`integrator`]).
+//! A path x̄ = x₀x₁…x_k starts on an emitter and ends on the sensor; a pixel is I_j = ∫_Ω f_j(x̄)
+//! dμ(x̄) over the space of all paths with the product area measure. This crate holds the terms of
+//! that integral: measures ([`measure`]), geometry and visibility ([`geometry`], [`scene`]),
+//! scattering ([`bsdf`], [`medium`]), [`texture`]s, emission ([`emitter`]), the sensor
+//! ([`sensor`]), densities and weights ([`path`], [`mis`]) and the [`film`]; and the seams that
+//! algorithms plug into ([`integrator`]).
 
 pub mod bsdf;
 pub mod color;

@@ -8,9 +8,10 @@
 //! | counting | probability of a discrete event | [`Mass`] |
 //!
 //! A vertex at infinity (environment, directional light) is a direction. Its own measure is solid
-//! angle (or counting, for a directional light); where the code speaks of the *area* density of such a vertex
-//! it means this measure, so that products over the vertices of a path read the same everywhere. So it is with a point in a medium, whose measure is
-//! volume: with D = 1 in place of |cos θ| the conversions of [`Edge`] are the right ones.
+//! angle (or counting, for a directional light); where the code speaks of the *area* density of
+//! such a vertex it means this measure, so that products over the vertices of a path read the same
+//! everywhere. So it is with a point in a medium, whose measure is volume: with D = 1 in place of
+//! |cos θ| the conversions of [`Edge`] are the right ones.
 //!
 //! Mixing measures does not compile:
 //!
@@ -93,7 +94,8 @@ impl<M: Measure> Density<M> {
         self.value
     }
 
-    /// The density times that of an independent step per unit of nothing, or of the length that the measure gains: a free flight.
+    /// The density times that of an independent step per unit of nothing, or of the length that the
+    /// measure gains: a free flight.
     #[inline]
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
@@ -109,7 +111,8 @@ impl<M: Measure> Density<M> {
 
 impl Density<Area> {
     /// Density of a vertex whose own measure is counting (point light, pinhole, directional light):
-    /// the probability itself. That such a vertex can not be hit is said by predicates, not by this number.
+    /// the probability itself. That such a vertex can not be hit is said by predicates, not by this
+    /// number.
     #[inline]
     pub const fn at_delta(mass: Mass) -> Self {
         Density::new(mass.0)
@@ -272,7 +275,8 @@ impl Edge {
         }
     }
 
-    /// The same segment from the second end to the first, to the bit as [`Edge::new`] with its ends exchanged.
+    /// The same segment from the second end to the first, to the bit as [`Edge::new`] with its ends
+    /// exchanged.
     #[inline]
     pub fn reversed(&self) -> Edge {
         Edge {
@@ -316,8 +320,8 @@ impl Edge {
         self.cos_a * self.cos_b / self.distance2
     }
 
-    /// Density of the second end where the direction was sampled at the first:
-    /// p_A(b) = p_σ(a→b) |cos θ_b| / ‖a−b‖² (Veach 1997, eq. 8.10). A second end at infinity keeps its solid angle.
+    /// Density of the second end where the direction was sampled at the first: p_A(b) = p_σ(a→b)
+    /// |cos θ_b| / ‖a−b‖² (Veach 1997, eq. 8.10). A second end at infinity keeps its solid angle.
     #[inline]
     pub fn to_area(&self, p: Density<SolidAngle>) -> Density<Area> {
         if self.b_infinite {

@@ -1,6 +1,7 @@
 //! Multiple importance sampling: heuristics as values.
 
-/// How the weights of the techniques that can make a path share it out (Veach and Guibas 1995; Veach 1997, §9.2).
+/// How the weights of the techniques that can make a path share it out (Veach and Guibas 1995;
+/// Veach 1997, §9.2).
 ///
 /// All heuristics give Σ w = 1 over the techniques with positive density. Densities are compared as
 /// numbers, so they must be of one path, with equal numbers of samples per technique.
@@ -29,7 +30,8 @@ pub enum Heuristic {
 
 /// A heuristic that is none of the published ones: w_i = g(p_i/p_max) / Σ g(p_j/p_max).
 ///
-/// Whatever g is, Σ w = 1 over the techniques that can make the path, so that an integrator stays unbiased.
+/// Whatever g is, Σ w = 1 over the techniques that can make the path, so that an integrator stays
+/// unbiased.
 ///
 /// ```
 /// use pathspace_core::mis::Heuristic;
@@ -53,8 +55,9 @@ impl PartialEq for CustomHeuristic {
 }
 
 impl Heuristic {
-    /// A heuristic of one's own: `share` is g(r) of the ratio r = p/p_max in (0, 1] (a technique that can not make the path takes no part). It must be finite,
-    /// not negative, and positive at 1. `name` is what it is printed as.
+    /// A heuristic of one's own: `share` is g(r) of the ratio r = p/p_max in (0, 1] (a technique
+    /// that can not make the path takes no part). It must be finite, not negative, and positive
+    /// at 1. `name` is what it is printed as.
     pub const fn custom(name: &'static str, share: fn(f64) -> f64) -> Self {
         Heuristic::Custom(CustomHeuristic { name, share })
     }
@@ -62,8 +65,8 @@ impl Heuristic {
     /// Unnormalised share of a technique whose density is `p`, where the largest one is `max`.
     #[inline]
     fn share(self, p: f64, max: f64) -> f64 {
-        // Relative to the largest: powers of densities of long paths neither overflow nor vanish. A density beyond every number (a
-        // connection in a corner) takes all.
+        // Relative to the largest: powers of densities of long paths neither overflow nor vanish. A
+        // density beyond every number (a connection in a corner) takes all.
         let r = if max.is_finite() { p / max } else { f64::from(p == max) };
         match self {
             Heuristic::Balance => r,
@@ -93,7 +96,8 @@ impl Heuristic {
         }
     }
 
-    /// Weight of technique `own`; densities of techniques that can not make the path are left out or 0.
+    /// Weight of technique `own`; densities of techniques that can not make the path are left out
+    /// or 0.
     pub fn weight(self, own: usize, densities: &[f64]) -> f64 {
         let max = densities.iter().copied().fold(0.0, f64::max);
         if !(max > 0.0) || densities[own] == 0.0 {

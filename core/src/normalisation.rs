@@ -2,10 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
-/// World → normalised: x' = (x − center)·scale. Radiance, irradiance and angles do not change; radiant intensity scales by scale².
+/// World → normalised: x' = (x − center)·scale. Radiance, irradiance and angles do not change;
+/// radiant intensity scales by scale².
 ///
-/// Both steps are exact for coordinates that are f32: the scale is a power of two, and the shift is 0 along each axis on
-/// which the surfaces are not farther from the origin than from each other.
+/// Both steps are exact for coordinates that are f32: the scale is a power of two, and the shift is
+/// 0 along each axis on which the surfaces are not farther from the origin than from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normalisation {
     /// World coordinates of the normalised scene's origin.

@@ -3,8 +3,8 @@
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// A point of primary sample space U = [0,1)^∞, read one coordinate after the other (Kelemen et
-/// al. 2002). A random stream makes an estimator a Monte Carlo integrator; a mutated vector makes it
+/// A point of primary sample space U = [0,1)^∞, read one coordinate after the other (Kelemen et al.
+/// 2002). A random stream makes an estimator a Monte Carlo integrator; a mutated vector makes it
 /// primary-sample-space Metropolis.
 pub trait PrimarySample {
     /// The next coordinate in [0, 1).
@@ -16,16 +16,18 @@ pub trait PrimarySample {
         [self.next(), self.next()]
     }
 
-    /// Says what the coordinates that follow are for, until the next call. A mutated vector keeps a vector for each purpose, so that a
-    /// subpath that grows by a vertex does not shift the meaning of another one's numbers; a random stream takes no notice.
+    /// Says what the coordinates that follow are for, until the next call. A mutated vector keeps a
+    /// vector for each purpose, so that a subpath that grows by a vertex does not shift the meaning
+    /// of another one's numbers; a random stream takes no notice.
     #[inline]
     fn stream(&mut self, _stream: Stream) {}
 }
 
 /// What coordinates of primary sample space are for.
 ///
-/// Estimators whose samples begin at the sensor read the film position from the first two coordinates of [`Stream::Sensor`], which is
-/// the purpose until [`PrimarySample::stream`] is called.
+/// Estimators whose samples begin at the sensor read the film position from the first two
+/// coordinates of [`Stream::Sensor`], which is the purpose until [`PrimarySample::stream`] is
+/// called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stream {
     /// The sensor subpath.
@@ -58,8 +60,9 @@ pub fn nearest_coordinate_in(low: f64, high: f64, x: f64) -> Option<f32> {
     (first < end).then(|| ((x * GRID).round_ties_even().clamp(first, end - 1.0) / GRID) as f32)
 }
 
-/// One of the coordinates in [`low`, `high`), all alike, by the uniform number `u`: what a choice among intervals is inverted to. `None`
-/// where the interval is so short that it holds none, so that the choice is never made.
+/// One of the coordinates in [`low`, `high`), all alike, by the uniform number `u`: what a choice
+/// among intervals is inverted to. `None` where the interval is so short that it holds none, so
+/// that the choice is never made.
 #[inline]
 pub fn coordinate_between(low: f64, high: f64, u: f32) -> Option<f32> {
     let first = (low * GRID).ceil().max(0.0);

@@ -1,8 +1,9 @@
 //! The sensor: perspective with a pinhole or a thin lens.
 //!
-//! W_e is scaled so that the importance that leaves the sensor towards the crop window integrates to 1:
-//! ∫_lens ∫ W_e |cos θ| dσ dA = 1. A camera sample (uniform on lens and window) then has W_e|cos θ|/p = 1, and a
-//! pixel is the sum of its contributions over the samples per pixel, whatever the technique.
+//! W_e is scaled so that the importance that leaves the sensor towards the crop window integrates
+//! to 1: ∫_lens ∫ W_e |cos θ| dσ dA = 1. A camera sample (uniform on lens and window) then has
+//! W_e|cos θ|/p = 1, and a pixel is the sum of its contributions over the samples per pixel,
+//! whatever the technique.
 
 use std::f64::consts::PI;
 
@@ -49,7 +50,8 @@ const FAR: f64 = 16.0;
 
 impl Sensor {
     /// # Errors
-    /// Where the transform is not a rigid motion (a mirror is allowed) or an angle or length is out of range.
+    /// Where the transform is not a rigid motion (a mirror is allowed) or an angle or length is out
+    /// of range.
     pub(crate) fn new(
         description: &SensorDescription,
         film: &FilmDescription,
@@ -164,8 +166,9 @@ impl Sensor {
         SensorSample { film, vertex: self.vertex(p.as_vec3()), ray: Ray::new(o, d) }
     }
 
-    /// Where a ray from the lens point `p` in direction `d` starts: at `p`, or from far outside the scene where it comes near
-    /// the surfaces, computed before `d` is rounded. Errors of f32 directions and origins grow with the way.
+    /// Where a ray from the lens point `p` in direction `d` starts: at `p`, or from far outside the
+    /// scene where it comes near the surfaces, computed before `d` is rounded. Errors of f32
+    /// directions and origins grow with the way.
     #[inline]
     fn start_of(&self, p: DVec3, d: DVec3) -> Vec3 {
         let Some(ball) = &self.start else { return p.as_vec3() };
@@ -179,7 +182,8 @@ impl Sensor {
         (p + d * t.max(0.0)).as_vec3()
     }
 
-    /// The point of the film that [`Sensor::sample`] takes for these numbers, anywhere in the crop window.
+    /// The point of the film that [`Sensor::sample`] takes for these numbers, anywhere in the crop
+    /// window.
     #[inline]
     pub fn film_point(&self, u: [f32; 2]) -> Vec2 {
         let Crop { x, y, width, height } = self.crop;
@@ -196,14 +200,16 @@ impl Sensor {
         [at(film.x, x, width), at(film.y, y, height)]
     }
 
-    /// Numbers by which [`Sensor::sample_vertex`] takes a point of the lens; none are read for a pinhole.
+    /// Numbers by which [`Sensor::sample_vertex`] takes a point of the lens; none are read for a
+    /// pinhole.
     pub fn invert_vertex(&self, p: Vec3) -> Option<[f32; 2]> {
         let q = (p.as_dvec3() - self.origin) / self.lens_radius;
         let q = DVec2::new(self.axes[0].dot(q), self.axes[1].dot(q)).as_vec2();
         (!self.is_pinhole()).then(|| warp::concentric_disk_inverse(q))
     }
 
-    /// The unit direction in which a ray from the lens point `p` lands on `film`: the inverse of [`Sensor::film_position`].
+    /// The unit direction in which a ray from the lens point `p` lands on `film`: the inverse of
+    /// [`Sensor::film_position`].
     #[inline]
     pub fn direction(&self, p: Vec3, film: Vec2) -> Vec3 {
         let mut plane = DVec3::new(
@@ -229,7 +235,8 @@ impl Sensor {
         self.crop
     }
 
-    /// A point of the lens (technique t = 1) with its density: 1/area, or the counting measure of a pinhole.
+    /// A point of the lens (technique t = 1) with its density: 1/area, or the counting measure of a
+    /// pinhole.
     #[inline]
     pub fn sample_vertex(&self, lens: [f32; 2]) -> (Vertex, Density<Area>) {
         let p = if self.is_pinhole() {
@@ -241,7 +248,8 @@ impl Sensor {
         (self.vertex(p.as_vec3()), self.pdf_vertex())
     }
 
-    /// Where a ray crosses the lens from its front before length `end` (unit direction); `None` for a pinhole. The lens stops no light.
+    /// Where a ray crosses the lens from its front before length `end` (unit direction); `None` for
+    /// a pinhole. The lens stops no light.
     pub fn hit_lens(&self, ray: &Ray, end: f32) -> Option<Vec3> {
         let (o, d) = (ray.o.as_dvec3() - self.origin, ray.d.as_dvec3());
         let across = self.axes[2].dot(d);
@@ -264,8 +272,8 @@ impl Sensor {
         }
     }
 
-    /// Where light that comes from direction `d` (unit, pointing away from the sensor) to the lens point `p` lands
-    /// on the film; `None` outside the crop window.
+    /// Where light that comes from direction `d` (unit, pointing away from the sensor) to the lens
+    /// point `p` lands on the film; `None` outside the crop window.
     #[inline]
     pub fn film_position(&self, p: Vec3, d: Vec3) -> Option<Vec2> {
         let d = d.as_dvec3();
@@ -291,15 +299,16 @@ impl Sensor {
         inside.then(|| Vec2::new(below(x as f32, right), below(y as f32, bottom)))
     }
 
-    /// Density of the direction `d` (unit) of a camera sample: p_σ = 1/(A cos³θ), A the window's area at z = 1. The
-    /// caller has made sure that `d` lands on the film.
+    /// Density of the direction `d` (unit) of a camera sample: p_σ = 1/(A cos³θ), A the window's
+    /// area at z = 1. The caller has made sure that `d` lands on the film.
     #[inline]
     pub fn pdf_direction(&self, d: Vec3) -> Density<SolidAngle> {
         let cos = self.axes[2].dot(d.as_dvec3());
         Density::new(1.0 / (self.window_area() * cos * cos * cos))
     }
 
-    /// W_e towards unit direction `d`: 1/(A_lens A cos⁴θ), without 1/A_lens for a pinhole. The caller has made sure that `d` lands on the film.
+    /// W_e towards unit direction `d`: 1/(A_lens A cos⁴θ), without 1/A_lens for a pinhole. The
+    /// caller has made sure that `d` lands on the film.
     #[inline]
     pub fn importance(&self, d: Vec3) -> f64 {
         let cos = self.axes[2].dot(d.as_dvec3());

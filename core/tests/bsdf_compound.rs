@@ -208,7 +208,8 @@ fn albedo(bsdf: &Bsdf, wo: Vec3) -> f64 {
 #[test]
 fn nothing_gives_more_than_it_takes() {
     for (name, kind) in compound() {
-        // Sheen and coats of these models are added to a whole base, and a leaning normal sees more of a lamp than the surface does.
+        // Sheen and coats of these models are added to a whole base, and a leaning normal sees more
+        // of a lamp than the surface does.
         let adds = ["cloth", "paint", "sides", "glass and paint", "ward 1992"].contains(&name);
         if adds || name.contains("relief") {
             continue;
@@ -221,7 +222,8 @@ fn nothing_gives_more_than_it_takes() {
     }
 }
 
-/// A rough boundary without absorption loses only what a second bounce between its facets would bring.
+/// A rough boundary without absorption loses only what a second bounce between its facets would
+/// bring.
 #[test]
 fn rough_glass_keeps_nearly_all_light() {
     use crate::bsdf_models::Ggx;
@@ -244,7 +246,8 @@ fn rough_glass_keeps_nearly_all_light() {
     }
 }
 
-/// What a walk samples at a point with a leaning shading normal is what the whole-path functions say, in both modes and for every event.
+/// What a walk samples at a point with a leaning shading normal is what the whole-path functions
+/// say, in both modes and for every event.
 #[test]
 fn value_and_density_make_the_weight_of_both_walks() {
     for (name, kind) in compound() {

@@ -81,7 +81,8 @@ fn smooth_ggx_agrees() {
 
 #[test]
 fn beckmann_with_visible_normals_agrees() {
-    // Mitsuba's density holds the rational G₁, ours the exact one that its samples follow: ≤ 0.32 %.
+    // Mitsuba's density holds the rational G₁, ours the exact one that its samples follow: ≤ 0.32
+    // %.
     spread(&rough(Beckmann, 0.3, 0.5, true), &BECKMANN_VISIBLE, 5e-5, 3.2e-3);
 }
 

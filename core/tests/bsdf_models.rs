@@ -187,7 +187,8 @@ pub fn relief(model: MaterialKind, slope: f32, flips: bool) -> MaterialKind {
     }
 }
 
-/// The later models: large ones, and those made of others. Names with "relief" need a scene, because a texture tells their normal.
+/// The later models: large ones, and those made of others. Names with "relief" need a scene,
+/// because a texture tells their normal.
 pub fn compound() -> Vec<(&'static str, MaterialKind)> {
     let base_color = Rgb::new(0.3, 0.6, 0.8);
     let cloth = PrincipledKind {

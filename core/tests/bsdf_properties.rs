@@ -158,7 +158,8 @@ fn specular_components_are_the_sampled_ones() {
     }
 }
 
-/// Both components of a coated surface in one sampler: masses, densities and weights agree with what is evaluated, and every number has its inverse.
+/// Both components of a coated surface in one sampler: masses, densities and weights agree with
+/// what is evaluated, and every number has its inverse.
 #[test]
 fn a_coat_and_its_base_share_one_side() {
     for (name, bsdf) in models::mixed() {

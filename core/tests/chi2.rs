@@ -1,9 +1,9 @@
 //! χ² tests of samplers against their densities: any sampler, any domain that a chart covers.
 //!
-//! The unit square of a [`Chart`] is cut into cells; the density is integrated over each by adaptive
-//! quadrature, samples are counted. What is not in the chart, samples that are `None` included, is
-//! one more cell with the probability 1 − ∫ density, so that a lost or an invented part of the mass
-//! is caught as well. Cells that expect fewer than 5 samples are pooled.
+//! The unit square of a [`Chart`] is cut into cells; the density is integrated over each by
+//! adaptive quadrature, samples are counted. What is not in the chart, samples that are `None`
+//! included, is one more cell with the probability 1 − ∫ density, so that a lost or an invented
+//! part of the mass is caught as well. Cells that expect fewer than 5 samples are pooled.
 
 use glam::{DVec3, Vec3};
 use pathspace_core::math::Frame;
@@ -40,8 +40,8 @@ pub fn zone(z0: f64, z1: f64) -> Chart<Vec3> {
     }
 }
 
-/// Directions about an axis by central projection: axis + half_width·(x s + y t) for x, y in [−1, 1],
-/// in solid angle. For lobes too narrow for [`zone`].
+/// Directions about an axis by central projection: axis + half_width·(x s + y t) for x, y in [−1,
+/// 1], in solid angle. For lobes too narrow for [`zone`].
 pub fn gnomonic(axis: Vec3, half_width: f64) -> Chart<Vec3> {
     let axis = axis.as_dvec3().normalize();
     let frame = Frame::from_normal(axis.as_vec3());

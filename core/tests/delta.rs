@@ -1,5 +1,6 @@
-//! Densities of delta events: the ratio of a density from the light to one from the sensor across a refraction or reflection
-//! against Jacobians by finite differences, where shading normals vary over the surface.
+//! Densities of delta events: the ratio of a density from the light to one from the sensor across a
+//! refraction or reflection against Jacobians by finite differences, where shading normals vary
+//! over the surface.
 
 use std::sync::Arc;
 
@@ -69,8 +70,8 @@ fn jacobian(x: DVec3, at: DVec2, z: f64, transmit: bool) -> f64 {
     column(DVec2::X * h).perp_dot(column(DVec2::Y * h)).abs()
 }
 
-/// D cos θ/d² |∂x/∂x₁| of the event that takes `from` to `to`, where D is the density that the scene gives it: the share of
-/// the common delta function, times its mass.
+/// D cos θ/d² |∂x/∂x₁| of the event that takes `from` to `to`, where D is the density that the
+/// scene gives it: the share of the common delta function, times its mass.
 fn share(
     scene: &Scene,
     point: &SurfacePoint,
@@ -143,7 +144,8 @@ fn reflection_by_a_conductor() {
 
 #[test]
 fn value_and_density_make_the_weight_of_both_walks() {
-    // f̄ |ω·n_g|/p of the whole-path functions is the weight that the walks multiply with, in both modes.
+    // f̄ |ω·n_g|/p of the whole-path functions is the weight that the walks multiply with, in both
+    // modes.
     let scene = scene(glass());
     let point = scene.intersect(&Ray::new(Vec3::new(0.05, 0.0, 0.3), -Vec3::Z)).unwrap();
     for mode in [TransportMode::Radiance, TransportMode::Importance] {

@@ -98,7 +98,8 @@ pub fn inside(scene: &Scene, p: DVec3) -> Vec3 {
     ((p - n.center) * n.scale).as_vec3()
 }
 
-/// Density per solid angle about `reference` of a density per area, at the first surface in direction `w`.
+/// Density per solid angle about `reference` of a density per area, at the first surface in
+/// direction `w`.
 fn seen(scene: &Scene, reference: Vec3, w: Vec3, area: impl Fn(&Vertex) -> f64) -> f64 {
     let Some(point) = scene.intersect(&Ray::new(reference, w)) else { return 0.0 };
     let vertex = Vertex::Surface(point);
@@ -133,7 +134,8 @@ fn next_event_from(
 fn next_event_points_follow_their_density_from_outside() {
     let mut outcomes = Vec::new();
     for (i, (name, geometry, to_world)) in shapes().into_iter().enumerate() {
-        // A cylinder sampled by area has a pole of its density along its silhouette, which the midpoints of a cell miss.
+        // A cylinder sampled by area has a pole of its density along its silhouette, which the
+        // midpoints of a cell miss.
         if matches!(geometry, ShapeGeometry::Cylinder { .. }) {
             continue;
         }

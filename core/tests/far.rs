@@ -7,7 +7,8 @@ use rand::RngExt;
 
 use crate::chi2;
 
-/// A plate of half side 1 in the plane z = 0, moved by `offset`, seen by a camera at `eye` whose image is 2.2 wide at the plate.
+/// A plate of half side 1 in the plane z = 0, moved by `offset`, seen by a camera at `eye` whose
+/// image is 2.2 wide at the plate.
 fn plate(eye: DVec3, offset: DVec3, emitters: Vec<EmitterDescription>) -> SceneDescription {
     let shape = ShapeDescription {
         name: "plate".into(),
@@ -53,7 +54,8 @@ fn rays_of_a_telephoto_camera_meet_the_plate_where_their_film_position_says() {
             let Some(hit) = scene.intersect(&s.ray) else { continue };
             seen += 1;
             let p = hit.p.as_dvec3() / n.scale + n.center;
-            // The vertex is an f32: the camera itself may be off by its spacing. The film says where the ray goes.
+            // The vertex is an f32: the camera itself may be off by its spacing. The film says
+            // where the ray goes.
             let half = 1.1 / distance;
             let along = |v: f32| (1.0 - 2.0 * v as f64 / 64.0) * half;
             let d = z + x * along(s.film.x) + y * along(s.film.y);

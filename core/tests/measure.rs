@@ -1,4 +1,5 @@
-//! Conversions of measures along an edge, by hand: every cosine and the distance differ, so that none can stand in for another.
+//! Conversions of measures along an edge, by hand: every cosine and the distance differ, so that
+//! none can stand in for another.
 
 use glam::Vec3;
 use pathspace_core::measure::{Area, Density, Edge, End, Mass, ProjectedSolidAngle, SolidAngle};

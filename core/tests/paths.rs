@@ -1,5 +1,5 @@
-//! The functions of a whole path (f, p_{s,t}, which technique can make it) by hand. Integrators are held to these functions, so that
-//! nothing else would see a term that both leave out.
+//! The functions of a whole path (f, p_{s,t}, which technique can make it) by hand. Integrators are
+//! held to these functions, so that nothing else would see a term that both leave out.
 
 use std::f64::consts::PI;
 
@@ -142,7 +142,8 @@ fn between((a, n): (DVec3, DVec3), (b, m): (DVec3, DVec3)) -> (f64, f64, f64) {
 
 /// Everything that is multiplied along [`long_path`].
 struct ByHand {
-    /// Densities of vertices of the light subpath, each given the one before; the first as the subpath takes it.
+    /// Densities of vertices of the light subpath, each given the one before; the first as the
+    /// subpath takes it.
     light: [f64; 4],
     /// Density of x₀ by next-event estimation.
     direct: f64,

@@ -1,4 +1,5 @@
-//! Scattering where the shading normal leaves the geometric one: f̄, densities, adjoint factor and survival, by hand and against each other.
+//! Scattering where the shading normal leaves the geometric one: f̄, densities, adjoint factor and
+//! survival, by hand and against each other.
 
 use std::f32::consts::PI;
 
@@ -105,7 +106,8 @@ fn a_diffuse_vertex_is_what_its_formulas_say() {
     assert!(seen > 30);
 }
 
-/// What a walk samples is what its vertex says when it is asked for that direction, and what the walk from the other side says.
+/// What a walk samples is what its vertex says when it is asked for that direction, and what the
+/// walk from the other side says.
 #[test]
 fn sampled_and_evaluated_steps_agree() {
     let kinds = [diffuse(RHO), rough(Ggx, 0.4, 0.6, true), rough(Beckmann, 0.5, 0.3, false)];
@@ -179,7 +181,8 @@ fn roulette_does_not_see_the_compression_of_radiance() {
             for mode in MODES {
                 let s = scene.sample_scatter(&point, from, mode, lobe, [0.5, 0.5]).unwrap();
                 let through = s.direction.z * side < 0.0;
-                // n² of the side it leaves to over n² of the side it came from; radiance is divided by it.
+                // n² of the side it leaves to over n² of the side it came from; radiance is divided
+                // by it.
                 let n2 =
                     if !through || mode == Importance { 1.0 } else { 1.7_f32.powf(2.0 * side) };
                 assert!(s.event.is_specular());

@@ -101,7 +101,8 @@ fn importance_integrates_to_one_over_the_window() {
     for (name, scene) in sensors() {
         let sensor = scene.sensor();
         let frame = Frame::from_normal(sensor.axis());
-        // The lens point moves the window, not its size: any will do, and for a pinhole there is one.
+        // The lens point moves the window, not its size: any will do, and for a pinhole there is
+        // one.
         let p = lens_point(&sensor.sample_vertex([0.8, 0.3]).0);
         let half = 5.0;
         let mut sum = 0.0;

@@ -1,4 +1,5 @@
-//! Meshes in OBJ: whatever the bytes, the answer is a mesh or one error, and a mesh can be built or is refused.
+//! Meshes in OBJ: whatever the bytes, the answer is a mesh or one error, and a mesh can be built or
+//! is refused.
 
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Scene files: whatever the text, the answer is a scene or one error, and a scene can be built or is refused.
+//! Scene files: whatever the text, the answer is a scene or one error, and a scene can be built or
+//! is refused.
 
 #![no_main]
 

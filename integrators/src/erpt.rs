@@ -1,11 +1,14 @@
-//! Energy redistribution path tracing (Cline, Talbot and Egbert 2005): samples of path tracing, each spread over its neighbourhood by short
-//! chains.
+//! Energy redistribution path tracing (Cline, Talbot and Egbert 2005): samples of path tracing,
+//! each spread over its neighbourhood by short chains.
 //!
-//! A sample of energy W = f*(x)/p(x) starts N chains of m mutations each; every mutation deposits W/(N m). Because mutations leave f*
-//! invariant, E[W h(X_i)] = ∫ f* h after any number of them, whatever N is: N may depend on W. It is W/(m c e) at random rounded up or
-//! down, so that all deposits are about the same (§3.2, "equal deposition flow"), with e the mean energy by a pilot and c chains for a sample of that energy.
+//! A sample of energy W = f*(x)/p(x) starts N chains of m mutations each; every mutation deposits
+//! W/(N m). Because mutations leave f* invariant, E[W h(X_i)] = ∫ f* h after any number of them,
+//! whatever N is: N may depend on W. It is W/(m c e) at random rounded up or down, so that all
+//! deposits are about the same (§3.2, "equal deposition flow"), with e the mean energy by a pilot
+//! and c chains for a sample of that energy.
 //!
-//! Independent samples reach everything, so that mutations need not be ergodic, and there is no start-up or correlation between steps.
+//! Independent samples reach everything, so that mutations need not be ergodic, and there is no
+//! start-up or correlation between steps.
 
 use std::sync::Arc;
 
@@ -47,8 +50,9 @@ pub struct Erpt {
 }
 
 impl Erpt {
-    /// From options: `seeds` = pt | bdpt, `mutations` (of a chain), `chains` (of a sample of mean energy), `bidir`, `lens`, `caustic`, `multi`
-    /// (shares), `step` and `area` (sizes of perturbations), `max_depth`, `rr_depth`.
+    /// From options: `seeds` = pt | bdpt, `mutations` (of a chain), `chains` (of a sample of mean
+    /// energy), `bidir`, `lens`, `caustic`, `multi` (shares), `step` and `area` (sizes of
+    /// perturbations), `max_depth`, `rr_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -115,7 +119,8 @@ struct ErptRun {
 }
 
 impl ErptRun {
-    /// The mean energy of a sample: of the same pilot in every part of a run, so that a resumed run goes on to the bit.
+    /// The mean energy of a sample: of the same pilot in every part of a run, so that a resumed run
+    /// goes on to the bit.
     fn pilot(&self) -> (f64, u64) {
         let seed = derive_seed(self.seed, u64::MAX - 3);
         let pilot = bootstrap(&self.target, &self.scene, seed, PILOT, 0);
@@ -124,7 +129,8 @@ impl ErptRun {
         (if b > 0.0 { b } else { 1.0 }, pilot.rays)
     }
 
-    /// The sample of one item and its chains. `scale` converts what a seed deposits to what its mutations count as samples.
+    /// The sample of one item and its chains. `scale` converts what a seed deposits to what its
+    /// mutations count as samples.
     fn redistribute(&self, energy: f64, scale: f64, u: &mut RandomStream, chunk: &mut Chunk) {
         let (target, scene) = (&self.target, &*self.scene);
         let start = target.bootstrap(scene, u);
@@ -164,7 +170,8 @@ impl Run for ErptRun {
     fn step(&mut self, film: &mut Film) -> Work {
         let mut work = self.prepare(film);
         let Some(energy) = self.energy else { return work };
-        // A seed counts as the mutations that it makes on average, so that a step has about one for each pixel.
+        // A seed counts as the mutations that it makes on average, so that a step has about one for
+        // each pixel.
         let per_seed = (self.chains * self.mutations as f64).ceil().max(1.0) as u64;
         let seeds = (film.pixels() / per_seed).max(1);
         let run = &*self;

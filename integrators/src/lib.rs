@@ -12,7 +12,8 @@
 //! | [`erpt`] | energy redistribution path tracing | those of pt or bdpt |
 //! | [`radiosity`] | finite elements, for diffuse scenes | none: it reads what they send to the eye |
 //!
-//! The Metropolis integrators share the driver [`chain`]; those on primary sample space share [`primary`].
+//! The Metropolis integrators share the driver [`chain`]; those on primary sample space share
+//! [`primary`].
 
 pub mod bdpt;
 pub mod chain;

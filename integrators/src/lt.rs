@@ -1,8 +1,9 @@
 //! Light tracing (Arvo 1986; Dutré et al. 1993): technique t = 1 for every s.
 //!
-//! The light subpath x₀, x₁, … is sampled vertex by vertex and every vertex with a non-specular component is connected to a point of
-//! the lens. What is seen directly in or through a smooth mirror or glass has no such technique: those
-//! parts of the image stay black, and comparisons leave them out ([`Families`]).
+//! The light subpath x₀, x₁, … is sampled vertex by vertex and every vertex with a non-specular
+//! component is connected to a point of the lens. What is seen directly in or through a smooth
+//! mirror or glass has no such technique: those parts of the image stay black, and comparisons
+//! leave them out ([`Families`]).
 
 use std::sync::Arc;
 
@@ -155,8 +156,8 @@ struct ToFilm<'a, S> {
 }
 
 impl<S: Sink> ToFilm<'_, S> {
-    /// Technique (s, 1): connects `vertex` to the point of the lens by its numbers. `scattered` gives throughput times what the vertex sends in
-    /// unit direction d.
+    /// Technique (s, 1): connects `vertex` to the point of the lens by its numbers. `scattered`
+    /// gives throughput times what the vertex sends in unit direction d.
     #[inline]
     fn connect(
         &mut self,

@@ -1,8 +1,9 @@
 //! Path tracing with next-event estimation (Kajiya 1986; weights of Veach and Guibas 1995).
 //!
-//! The sensor subpath x_k, x_{k−1}, … is sampled vertex by vertex. At every vertex two techniques estimate
-//! the emitted light: (s=0) the subpath itself hits an emitter, (s=1) x₀ is sampled on an emitter and connected. Their
-//! weights compare the area densities of x₀, Russian roulette included:
+//! The sensor subpath x_k, x_{k−1}, … is sampled vertex by vertex. At every vertex two techniques
+//! estimate the emitted light: (s=0) the subpath itself hits an emitter, (s=1) x₀ is sampled on an
+//! emitter and connected. Their weights compare the area densities of x₀, Russian roulette
+//! included:
 //!
 //! w₀ = h(p_bsdf q, p_direct), w₁ = h(p_direct, p_bsdf q).
 
@@ -118,7 +119,8 @@ impl PathEstimator for PathTracer {
         let mut edge = OpenEdge::new(sample.ray, Rgb::WHITE, first);
         let mut trace = Trace::default();
         trace.push::<S>(|| sample.vertex, || sensor.pdf_vertex().value());
-        // The events so far; where the edge starts, as next-event estimation sees it; whether that could have made the same path.
+        // The events so far; where the edge starts, as next-event estimation sees it; whether that
+        // could have made the same path.
         let mut class = WalkClass::default();
         let mut before = sample.vertex;
         let mut two_techniques = false;
@@ -161,7 +163,8 @@ impl PathEstimator for PathTracer {
             let from = -edge.ray.d;
             trace.push::<S>(|| vertex, || edge.pdf_of_end(scene, &before.end(), &vertex).value());
             let plays = length >= self.rules.rr_depth as usize;
-            // s = 1: x₀ is sampled on an emitter and connected. Numbers are drawn whether or not they are used, so that each keeps its meaning.
+            // s = 1: x₀ is sampled on an emitter and connected. Numbers are drawn whether or not
+            // they are used, so that each keeps its meaning.
             if self.nee {
                 u.stream(Stream::Connection);
                 let (pick, on_emitter) = next_event_numbers(u);

@@ -95,14 +95,15 @@ impl Registry {
         self
     }
 
-    /// Leaves an integrator out of [`Registry::list`]: one that refuses most scenes, or whose answer is not exact, takes part in
-    /// comparisons only where it is named.
+    /// Leaves an integrator out of [`Registry::list`]: one that refuses most scenes, or whose
+    /// answer is not exact, takes part in comparisons only where it is named.
     pub fn by_name_only(mut self, name: &str) -> Self {
         self.entries.iter_mut().filter(|e| e.name == name).for_each(|e| e.by_name_only = true);
         self
     }
 
-    /// Names and one-line summaries, in order, of the integrators that take part where none is named.
+    /// Names and one-line summaries, in order, of the integrators that take part where none is
+    /// named.
     pub fn list(&self) -> impl Iterator<Item = (&str, &str)> {
         self.all()
             .filter(|(name, _)| self.entries.iter().any(|e| e.name == *name && !e.by_name_only))

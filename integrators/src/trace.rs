@@ -34,8 +34,9 @@ impl Trace {
         }
     }
 
-    /// Hands a contribution to the sink, with the path for sinks that record: the walk's vertices, then `rest`, and the
-    /// factor by which `rest` multiplies the density. `from_sensor` tells in which direction the walk went.
+    /// Hands a contribution to the sink, with the path for sinks that record: the walk's vertices,
+    /// then `rest`, and the factor by which `rest` multiplies the density. `from_sensor` tells in
+    /// which direction the walk went.
     pub(crate) fn emit<S: Sink>(
         &self,
         sink: &mut S,

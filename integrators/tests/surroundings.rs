@@ -29,7 +29,8 @@ fn shape(
     ShapeDescription { name, geometry, to_world, flip_normals, material, emission }
 }
 
-/// A ground with an image on it and a ball with a checkerboard under a sky with a small sun, seen from above.
+/// A ground with an image on it and a ball with a checkerboard under a sky with a small sun, seen
+/// from above.
 fn scene() -> Scene {
     let mut sky = vec![0.2f32; 32 * 17 * 3];
     let sun = 3 * (4 * 32 + 5);
@@ -105,7 +106,8 @@ fn all_agree_on_the_mean() {
         println!("{spec}: {found:?}");
         for c in 0..3 {
             let ((a, ea), (b, eb)) = (reference[c], found[c]);
-            // Eight replicates know their spread to a quarter; a lost factor would be tens of per cent.
+            // Eight replicates know their spread to a quarter; a lost factor would be tens of per
+            // cent.
             let bound = 6.0 * ea.hypot(eb);
             assert!((a - b).abs() < bound, "{spec} channel {c}: {b} ± {eb}, bdpt {a} ± {ea}");
             assert!(bound < 0.1 * a, "{spec} channel {c}: too noisy, {b} ± {eb}");

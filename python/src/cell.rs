@@ -25,7 +25,8 @@ pub(crate) struct Replicate {
     threads: usize,
 }
 
-/// Renders one replicate and keeps it in `folder`, where `pathspace compare` finds it; or only asks (`ask`). True where it was there already.
+/// Renders one replicate and keeps it in `folder`, where `pathspace compare` finds it; or only asks
+/// (`ask`). True where it was there already.
 #[pyfunction]
 #[pyo3(signature = (integrators, scene, spec, replicate, folder, *, ask=false))]
 pub(crate) fn render_cell(

@@ -32,7 +32,8 @@ pub(crate) struct Options {
     threads: Option<usize>,
 }
 
-/// Compares integrators on a scene, every pair; the answer is a JSON report, its text, and whether nothing is wrong.
+/// Compares integrators on a scene, every pair; the answer is a JSON report, its text, and whether
+/// nothing is wrong.
 #[pyfunction]
 pub(crate) fn validate(
     py: Python<'_>,

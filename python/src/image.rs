@@ -40,7 +40,8 @@ fn wide(image: &PyReadonlyArray3<'_, f32>) -> PyResult<Vec<[f64; 3]>> {
     Ok(row.collect())
 }
 
-/// Reads an image (.exr, .pfm, .npy): its array, and the seconds of rendering where the file names them.
+/// Reads an image (.exr, .pfm, .npy): its array, and the seconds of rendering where the file names
+/// them.
 #[pyfunction]
 pub(crate) fn read_image(
     py: Python<'_>,

@@ -1,7 +1,8 @@
 //! The engine as a Python module, `pathspace._native`: what the package `pathspace` stands on.
 //!
-//! Everything here is a thin layer: arguments from Python, a call of a public crate, arrays and JSON back. What is Python's business
-//! (dataclasses, plots, clusters) is written in Python beside it.
+//! Everything here is a thin layer: arguments from Python, a call of a public crate, arrays and
+//! JSON back. What is Python's business (dataclasses, plots, clusters) is written in Python beside
+//! it.
 //!
 //! A plug-in crate brings its integrators into Python with a module of its own:
 //!

@@ -1,7 +1,8 @@
 //! Queries on arrays, for integrators written in NumPy: to teach and to try ideas, not for speed.
 //!
-//! Lengths and positions are those of the normalised scene (its bounding sphere has radius 1 about the origin), directions are unit vectors that point away
-//! from the surface, densities are per solid angle at the point that asks.
+//! Lengths and positions are those of the normalised scene (its bounding sphere has radius 1 about
+//! the origin), directions are unit vectors that point away from the surface, densities are per
+//! solid angle at the point that asks.
 
 use std::sync::Arc;
 
@@ -64,8 +65,9 @@ fn column<'py, T: numpy::Element>(
 
 /// Camera rays through points of the film: `(film (n, 2), o (n, 3), d (n, 3))`.
 ///
-/// `pixels` are numbers of pixels of the crop window, row by row; `u` (n, 4) in [0, 1) are the place in the pixel and on the lens. The rays
-/// are distributed as W_e |cos θ|, so that a pixel is the mean of the radiance they carry.
+/// `pixels` are numbers of pixels of the crop window, row by row; `u` (n, 4) in [0, 1) are the
+/// place in the pixel and on the lens. The rays are distributed as W_e |cos θ|, so that a pixel is
+/// the mean of the radiance they carry.
 #[pyfunction]
 pub(crate) fn sample_sensor<'py>(
     py: Python<'py>,
@@ -130,10 +132,12 @@ pub struct Lights {
     /// Unit directions towards the emitters (n, 3); 0 where no sample was made.
     #[pyo3(get)]
     d: Py<PyArray2<f32>>,
-    /// Radiance that arrives where nothing is in between (n, 3); of point and directional lights, intensity/r² and irradiance.
+    /// Radiance that arrives where nothing is in between (n, 3); of point and directional lights,
+    /// intensity/r² and irradiance.
     #[pyo3(get)]
     radiance: Py<PyArray2<f32>>,
-    /// Density per solid angle at the point that asked, choice of emitter included; of point and directional lights the probability of the choice.
+    /// Density per solid angle at the point that asked, choice of emitter included; of point and
+    /// directional lights the probability of the choice.
     #[pyo3(get)]
     pdf: Py<PyArray1<f64>>,
     /// True for point and directional lights, which no ray meets.
@@ -180,7 +184,8 @@ impl Hits {
         column(py, self.points.iter().map(|p| p.map_or(-1, |p| i64::from(p.material))))
     }
 
-    /// Radiance that is emitted back along each ray: by the surface, or by the surroundings where there is none (n, 3).
+    /// Radiance that is emitted back along each ray: by the surface, or by the surroundings where
+    /// there is none (n, 3).
     #[getter]
     fn radiance<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
         let back = self.points.iter().zip(&self.d).map(|(point, d)| match point {
@@ -191,7 +196,8 @@ impl Hits {
         triples(py, back)
     }
 
-    /// The closest surfaces in directions `d` (n, 3) from the points: rays that do not meet their own surface again.
+    /// The closest surfaces in directions `d` (n, 3) from the points: rays that do not meet their
+    /// own surface again.
     fn trace(&self, py: Python<'_>, d: Triples<'_>) -> PyResult<Hits> {
         let d = of_length(rows::<3>(&d, "d")?, self.points.len(), "d")?;
         let world = Arc::clone(&self.world);
@@ -220,7 +226,8 @@ impl Hits {
         triples(py, values.into_iter().map(|v| v.unwrap_or_default()))
     }
 
-    /// Density per solid angle with which `bsdf_sample` takes `wi` by a component that is not specular (n,).
+    /// Density per solid angle with which `bsdf_sample` takes `wi` by a component that is not
+    /// specular (n,).
     fn bsdf_pdf<'py>(
         &self,
         py: Python<'py>,
@@ -232,9 +239,11 @@ impl Hits {
         Ok(column(py, values.into_iter().map(Option::unwrap_or_default)))
     }
 
-    /// Samples directions with `u` (n, 3) in [0, 1): `(wi (n, 3), weight (n, 3), pdf (n,), specular (n,))`.
+    /// Samples directions with `u` (n, 3) in [0, 1): `(wi (n, 3), weight (n, 3), pdf (n,), specular
+    /// (n,))`.
     ///
-    /// `weight` is f |cos θ_i|/p, `pdf` is per solid angle, 0 of specular components. Where nothing is scattered, all are 0.
+    /// `weight` is f |cos θ_i|/p, `pdf` is per solid angle, 0 of specular components. Where nothing
+    /// is scattered, all are 0.
     #[allow(clippy::type_complexity)]
     fn bsdf_sample<'py>(
         &self,
@@ -280,7 +289,8 @@ impl Hits {
                 };
                 let delta = self.world.emitters().get(light.emitter).is_delta();
                 let edge = Edge::new(&End::Point { p: p.p }, &light.vertex.end());
-                // What turns a density per solid angle into one of the emitter's own measure: |cos θ|/r², 1 at infinity.
+                // What turns a density per solid angle into one of the emitter's own measure: |cos
+                // θ|/r², 1 at infinity.
                 let jacobian = edge.to_area(Density::new(1.0)).value();
                 let visible = self.world.visible(&Vertex::Surface(*p), &light.vertex);
                 let (radiance, pdf) = match delta {
@@ -301,8 +311,8 @@ impl Hits {
         })
     }
 
-    /// Density per solid angle with which `sample_emitters` at the points of `before` would have taken the rays that made these hits; 0 where they met no
-    /// emitter (n,).
+    /// Density per solid angle with which `sample_emitters` at the points of `before` would have
+    /// taken the rays that made these hits; 0 where they met no emitter (n,).
     fn emitters_pdf<'py>(&self, py: Python<'py>, before: &Hits) -> PyResult<Column<'py, f64>> {
         if before.points.len() != self.points.len() {
             return Err(PyValueError::new_err("the points before are as many as the hits"));

@@ -90,8 +90,8 @@ impl Session {
         Ok(Session { worker, identity, shard })
     }
 
-    /// Renders until the first of the goals. `progress(used, samples_per_pixel, seconds)` is called now and then. The answer is the frame, and true where
-    /// Ctrl-C stopped it.
+    /// Renders until the first of the goals. `progress(used, samples_per_pixel, seconds)` is called
+    /// now and then. The answer is the frame, and true where Ctrl-C stopped it.
     #[pyo3(signature = (spp=None, seconds=None, error=None, progress=None))]
     fn run<'py>(
         &self,
@@ -259,7 +259,8 @@ fn these(names: &[String]) -> PyResult<Layers> {
     Ok(layers)
 }
 
-/// Puts the sums of shards together; the answer is the frame, and the shards that are missing, counted from 0.
+/// Puts the sums of shards together; the answer is the frame, and the shards that are missing,
+/// counted from 0.
 #[pyfunction]
 #[pyo3(signature = (paths, output=None))]
 pub(crate) fn merge(

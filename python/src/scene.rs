@@ -94,7 +94,8 @@ impl Scene {
         Scene::read(py, asked, &changes, || scenes::load(&path, &params))
     }
 
-    /// Reads a text; `file` is its name in messages, files that it refers to are looked for in the folder of `file`.
+    /// Reads a text; `file` is its name in messages, files that it refers to are looked for in the
+    /// folder of `file`.
     #[staticmethod]
     fn from_text(
         py: Python<'_>,
@@ -141,7 +142,8 @@ impl Scene {
         })
     }
 
-    /// All files that a scene is read from, by the names under which [`Scene::from_files`] finds them; `text` stands for the main file where it is none.
+    /// All files that a scene is read from, by the names under which [`Scene::from_files`] finds
+    /// them; `text` stands for the main file where it is none.
     #[staticmethod]
     fn files(
         py: Python<'_>,

@@ -1,4 +1,5 @@
-//! A render on a thread of its own, which owns integrator, session and pool; Python asks it for things and can stop waiting at any time.
+//! A render on a thread of its own, which owns integrator, session and pool; Python asks it for
+//! things and can stop waiting at any time.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -19,7 +20,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::failed;
 
-/// After steps longer than this the film is kept, so that there is something to hand over while the next one is under way.
+/// After steps longer than this the film is kept, so that there is something to hand over while the
+/// next one is under way.
 const SLOW_STEP: Duration = Duration::from_millis(250);
 
 /// Worker threads: as many as asked for, or as there are processors.

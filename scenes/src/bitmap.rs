@@ -1,4 +1,5 @@
-//! Image files → bitmaps: JPEG, PNG, BMP, TGA and Radiance HDR by the crate `image`, OpenEXR and PFM by [`floats`](crate::floats).
+//! Image files → bitmaps: JPEG, PNG, BMP, TGA and Radiance HDR by the crate `image`, OpenEXR and
+//! PFM by [`floats`](crate::floats).
 
 use std::io::Cursor;
 

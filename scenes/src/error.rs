@@ -142,7 +142,8 @@ pub enum SceneFileError {
     Missing {
         /// Place of the first one.
         place: Place,
-        /// What is missing, one entry for each kind, such as `bsdf "hair" (3 times, first in line 7)`.
+        /// What is missing, one entry for each kind, such as `bsdf "hair" (3 times, first in line
+        /// 7)`.
         missing: Vec<String>,
     },
     /// A note of the reader where it is strict.

@@ -1,4 +1,5 @@
-//! Scenes of pathspace: a reader of Mitsuba 3 scene files and the scenes that come with the program.
+//! Scenes of pathspace: a reader of Mitsuba 3 scene files and the scenes that come with the
+//! program.
 //!
 //! ```
 //! use pathspace_scenes::{load_str, source::Memory};

@@ -31,7 +31,8 @@ pub struct LoadedScene {
 pub struct LoadOptions {
     /// Values for `$name` in the file.
     pub params: Vec<(String, String)>,
-    /// Makes errors of what the reader does not know or reads as something else; see [`crate::NoteKind`].
+    /// Makes errors of what the reader does not know or reads as something else; see
+    /// [`crate::NoteKind`].
     pub strict: bool,
     /// Which of several sensors is meant, from 0 in the order of the file.
     pub sensor: usize,
@@ -61,7 +62,8 @@ pub fn load_from(
 /// Reads a scene file with all options.
 ///
 /// # Errors
-/// As [`load`]; also what [`LoadOptions::strict`] makes an error, and a sensor that the file does not have.
+/// As [`load`]; also what [`LoadOptions::strict`] makes an error, and a sensor that the file does
+/// not have.
 pub fn load_with(
     source: &dyn FileSource,
     path: &Path,

@@ -1,4 +1,5 @@
-//! What a reader tells beside the scene: things it did not need, did not know or read as something near.
+//! What a reader tells beside the scene: things it did not need, did not know or read as something
+//! near.
 
 use std::fmt;
 
@@ -10,11 +11,13 @@ use crate::place::Place;
 pub enum NoteKind {
     /// Understood, but it makes no difference here (image formats, display settings).
     Ignored,
-    /// Read as something that gives the same image up to noise (a sampler as the independent one), or mended.
+    /// Read as something that gives the same image up to noise (a sampler as the independent one),
+    /// or mended.
     Mended,
     /// Not known and passed over: an error where the reader is strict.
     Unknown,
-    /// Known, but read as something near it, so that the image may differ: an error where the reader is strict.
+    /// Known, but read as something near it, so that the image may differ: an error where the
+    /// reader is strict.
     Differs,
 }
 

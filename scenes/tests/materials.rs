@@ -1,4 +1,5 @@
-//! Materials of every type: defaults, nesting, textures in place of numbers, what Mitsuba 0.x meant. The expected numbers are those of Mitsuba 3.9.1.
+//! Materials of every type: defaults, nesting, textures in place of numbers, what Mitsuba 0.x
+//! meant. The expected numbers are those of Mitsuba 3.9.1.
 
 use pathspace_core::Rgb;
 use pathspace_core::Scene;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pathspace_scenes::load;
 
-/// Files that load. Mitsuba 3 loads all but `amp`, `ext_eta_material`, `face_sphere_old`, `spectrum3` and `spectrum_rgb`, where it does not know a
-/// property.
+/// Files that load. Mitsuba 3 loads all but `amp`, `ext_eta_material`, `face_sphere_old`,
+/// `spectrum3` and `spectrum_rgb`, where it does not know a property.
 const FINE: [&str; 32] = [
     "alpha0",
     "comment",

@@ -1,4 +1,5 @@
-//! What other readers forgive or what makes no difference here: the scene loads, with the notes that say so.
+//! What other readers forgive or what makes no difference here: the scene loads, with the notes
+//! that say so.
 
 use std::path::Path;
 
@@ -286,7 +287,8 @@ fn assert_colour(found: [f32; 3], expected: [f32; 3], what: &str) {
     }
 }
 
-/// The numbers are those that Mitsuba 3.9.1 (`scalar_rgb`) has after loading the same elements, where it loads them.
+/// The numbers are those that Mitsuba 3.9.1 (`scalar_rgb`) has after loading the same elements,
+/// where it loads them.
 #[test]
 fn spectra_have_the_colours_of_mitsuba() {
     let hill = "value=\"400:0.1, 500:0.5, 600:0.9, 700:0.3\"";

@@ -28,10 +28,12 @@ pub(super) struct AgreeArgs {
     /// Largest bias, as a share of the mean luminance, that an agreement may have missed.
     #[arg(long, value_name = "F", value_parser = probability, default_value_t = 0.05)]
     pub(super) limit: f64,
-    /// Seconds of one image of A and of one of B, for the ratio of efficiencies; those that the files name unless given.
+    /// Seconds of one image of A and of one of B, for the ratio of efficiencies; those that the
+    /// files name unless given.
     #[arg(long, num_args = 2, value_names = ["A", "B"], value_parser = positive)]
     pub(super) seconds: Option<Vec<f64>>,
-    /// Picture of the differences in σ to write: red where A has more light, blue where it has less.
+    /// Picture of the differences in σ to write: red where A has more light, blue where it has
+    /// less.
     #[arg(long, value_name = "FILE.png")]
     pub(super) map: Option<PathBuf>,
     /// Print one JSON object as the last line.

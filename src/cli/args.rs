@@ -108,7 +108,8 @@ pub(super) struct SceneOptions {
     pub(super) seed: u64,
 }
 
-/// When a render ends: with one budget, with an error, or with both, whichever comes first; as the scene file says unless given.
+/// When a render ends: with one budget, with an error, or with both, whichever comes first; as the
+/// scene file says unless given.
 #[derive(Clone, Debug, Args)]
 #[command(group(ArgGroup::new("goal").multiple(true)))]
 pub(super) struct GoalArgs {
@@ -118,7 +119,8 @@ pub(super) struct GoalArgs {
     /// Seconds of rendering.
     #[arg(long, value_name = "S", group = "goal", value_parser = seconds)]
     pub(super) seconds: Option<f64>,
-    /// Relative error of the image, such as 0.01: noise of a pixel (root mean square) over mean brightness. With --spp or --seconds, these are limits.
+    /// Relative error of the image, such as 0.01: noise of a pixel (root mean square) over mean
+    /// brightness. With --spp or --seconds, these are limits.
     #[arg(long, value_name = "E", group = "goal", value_parser = relative_error)]
     pub(super) error: Option<f64>,
 }
@@ -142,7 +144,8 @@ pub(super) struct RenderArgs {
     pub(super) integrator: Option<Spec>,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
-    /// Image to write: .exr (with a PNG beside it), .png, .pfm or .npy; SCENE.exr here unless given.
+    /// Image to write: .exr (with a PNG beside it), .png, .pfm or .npy; SCENE.exr here unless
+    /// given.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// Replace files of other programs, too.
@@ -188,7 +191,8 @@ pub(super) struct NeumannArgs {
     pub(super) terms: u16,
     #[command(flatten)]
     pub(super) goal: GoalArgs,
-    /// Image to write, with a layer for each term and each sum; SCENE.neumann.exr here unless given.
+    /// Image to write, with a layer for each term and each sum; SCENE.neumann.exr here unless
+    /// given.
     #[arg(short, long, value_name = "FILE.exr")]
     pub(super) output: Option<PathBuf>,
     /// Replace files of other programs, too.
@@ -225,7 +229,8 @@ pub(super) struct CheckpointArgs {
     /// Seconds between checkpoints.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub(super) checkpoint_every: f64,
-    /// Checkpoint to go on from, which must be there; checkpoints go on in it unless --checkpoint names another file.
+    /// Checkpoint to go on from, which must be there; checkpoints go on in it unless --checkpoint
+    /// names another file.
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
 }
@@ -264,7 +269,8 @@ pub(super) struct CompareArgs {
     pub(super) experiment: Option<PathBuf>,
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Integrator with its options, or another renderer (mitsuba, luxcore, external); may be given again. All of our own unless given.
+    /// Integrator with its options, or another renderer (mitsuba, luxcore, external); may be given
+    /// again. All of our own unless given.
     #[arg(short, long = "integrator", value_name = "NAME[:key=value,…]")]
     pub(super) integrators: Vec<Spec>,
     /// Samples per pixel of each render.
@@ -285,7 +291,8 @@ pub(super) struct CompareArgs {
     /// Ask how long it takes to this relMSE.
     #[arg(long, value_name = "E", value_parser = positive)]
     pub(super) target_error: Option<f64>,
-    /// Folder of references that errors are measured against, where it has one of a scene; see 'pathspace reference'.
+    /// Folder of references that errors are measured against, where it has one of a scene; see
+    /// 'pathspace reference'.
     #[arg(long, value_name = "DIR")]
     pub(super) references: Option<PathBuf>,
     /// Directory for results and images; finished renders are kept there until all are done.
@@ -303,7 +310,8 @@ pub(super) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// What `pathspace` does without arguments, with this many integrators: all for the same time, 40 s in total.
+    /// What `pathspace` does without arguments, with this many integrators: all for the same time,
+    /// 40 s in total.
     pub(super) fn demonstration(integrators: usize) -> Self {
         let replicates = 16;
         let seconds = 40.0 / (f64::from(replicates) * integrators.max(1) as f64);
@@ -368,8 +376,8 @@ pub(super) struct ReferenceArgs {
 
 #[derive(Clone, Debug, Args)]
 pub(super) struct ValidateArgs {
-    /// What to hold to what: quick, pairs, exact, chains, variants, hard or all; calibration of the tests themselves; or mutants, deliberate bugs
-    /// that the tests must find.
+    /// What to hold to what: quick, pairs, exact, chains, variants, hard or all; calibration of the
+    /// tests themselves; or mutants, deliberate bugs that the tests must find.
     #[arg(default_value = "quick")]
     pub(super) suite: String,
     /// Integrator with its options; may be given again. All there are unless given.
@@ -399,7 +407,8 @@ pub(super) struct ValidateArgs {
     /// Seeds with which each mutant is hunted.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub(super) seeds: u64,
-    /// Source tree that mutants are planted in a copy of; the one around the current directory unless given.
+    /// Source tree that mutants are planted in a copy of; the one around the current directory
+    /// unless given.
     #[arg(long, value_name = "DIR")]
     pub(super) source: Option<PathBuf>,
     /// Run the tests of the mutants in this very program, without any copy: none should fail.
@@ -422,7 +431,8 @@ pub(super) struct NewPluginArgs {
     pub(super) name: String,
     /// Directory of the crate, new or empty.
     pub(super) dir: PathBuf,
-    /// Source tree of pathspace to build upon; the one this program was built from, or its version, unless given.
+    /// Source tree of pathspace to build upon; the one this program was built from, or its version,
+    /// unless given.
     #[arg(long, value_name = "DIR")]
     pub(super) pathspace: Option<PathBuf>,
 }

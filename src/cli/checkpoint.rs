@@ -75,8 +75,8 @@ impl<'a> Keeper<'a> {
         self.checkpoint.as_ref().map(|p| p.display().to_string())
     }
 
-    /// Writes a checkpoint where it is time for one. A render goes on where that fails: the one before is still there, and the disk
-    /// may have room again the next time.
+    /// Writes a checkpoint where it is time for one. A render goes on where that fails: the one
+    /// before is still there, and the disk may have room again the next time.
     pub(super) fn now_and_then(&mut self, session: &Session<'_>) {
         let Some(path) = self.checkpoint.as_ref().filter(|_| self.last.elapsed() >= self.every)
         else {

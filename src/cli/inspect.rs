@@ -21,7 +21,8 @@ use super::args::InspectArgs;
 use super::scene::{Prepared, pool, prepare};
 use super::table::{Table, figure};
 
-/// Samples per pixel, and the largest side of the image, by which it is found out who sees how much.
+/// Samples per pixel, and the largest side of the image, by which it is found out who sees how
+/// much.
 const LOOK: (u64, u32) = (16, 64);
 /// Rows of lists at most, unless all are asked for.
 const ROWS: usize = 8;

@@ -1,7 +1,8 @@
 //! Signals that ask the program to end.
 //!
-//! Before there is anything to keep, the first one ends the program. Afterwards the first one ends the rendering after the step under way, and the
-//! second one the program. The exit status is 128 and the number of the signal, as a shell says it: 130 for Ctrl-C, 143 for SIGTERM.
+//! Before there is anything to keep, the first one ends the program. Afterwards the first one ends
+//! the rendering after the step under way, and the second one the program. The exit status is 128
+//! and the number of the signal, as a shell says it: 130 for Ctrl-C, 143 for SIGTERM.
 
 use std::fmt;
 use std::sync::Once;
@@ -79,7 +80,8 @@ fn catch() {
     }
 }
 
-/// Signals that were ignored when the program started, signal n as bit n − 1; none where the system does not tell.
+/// Signals that were ignored when the program started, signal n as bit n − 1; none where the system
+/// does not tell.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,7 +1,7 @@
 //! The command: `pathspace render`, `compare`, `validate` and the others.
 //!
-//! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line on stderr), 130 interrupted by
-//! Ctrl-C, 143 by SIGTERM (128 and the number of the signal).
+//! Exit status: 0 done, 1 integrators differ or one is wrong, 2 bad use or bad input (with one line
+//! on stderr), 130 interrupted by Ctrl-C, 143 by SIGTERM (128 and the number of the signal).
 
 mod agree;
 mod args;
@@ -115,7 +115,8 @@ fn program() -> String {
 
 static PROGRAM: OnceLock<String> = OnceLock::new();
 
-/// Help and version as they are; a mistake as one line, with the help of the command that it was made in.
+/// Help and version as they are; a mistake as one line, with the help of the command that it was
+/// made in.
 fn usage(error: &clap::Error, args: &[OsString]) -> u8 {
     if !error.use_stderr() {
         let _ = error.print();

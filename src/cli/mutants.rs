@@ -82,7 +82,8 @@ fn here(args: &ValidateArgs, chosen: &[(usize, &Mutant)], out: &mut dyn Write) -
     Ok(if runs.iter().all(|r| r.failed == 0) { Done::Well } else { Done::Differ })
 }
 
-/// Builds a copy of the source tree with all mutants and runs every test in there, with its mutant on and off.
+/// Builds a copy of the source tree with all mutants and runs every test in there, with its mutant
+/// on and off.
 fn copy(
     args: &ValidateArgs,
     source: &Path,

@@ -1,7 +1,8 @@
 //! `pathspace neumann`: the image as the Neumann series L = L_e + KL_e + K²L_e + …
 //!
-//! Paths of k edges carry Kᵏ⁻¹L_e to the sensor, so that the terms are the layers by path length of any integrator. Where a scene
-//! is diffuse and lit by surfaces, finite elements give the same terms without noise, and stand beside them.
+//! Paths of k edges carry Kᵏ⁻¹L_e to the sensor, so that the terms are the layers by path length of
+//! any integrator. Where a scene is diffuse and lit by surfaces, finite elements give the same
+//! terms without noise, and stand beside them.
 
 use std::io::Write;
 use std::ops::ControlFlow;

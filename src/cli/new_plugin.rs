@@ -104,7 +104,8 @@ fn check_directory(dir: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What stands behind `pathspace =`: the source tree that was asked for or that this program was built from, else the version.
+/// What stands behind `pathspace =`: the source tree that was asked for or that this program was
+/// built from, else the version.
 fn dependency(asked: Option<&Path>) -> Result<String> {
     if let Some(path) = asked {
         let Some(tree) = source_tree(path) else {
@@ -118,7 +119,8 @@ fn dependency(asked: Option<&Path>) -> Result<String> {
     }
 }
 
-/// The absolute path of the tree at `path`, if it is one; a package unpacked from a registry has no room `core`.
+/// The absolute path of the tree at `path`, if it is one; a package unpacked from a registry has no
+/// room `core`.
 fn source_tree(path: &Path) -> Option<PathBuf> {
     let manifest = fs::read_to_string(path.join("Cargo.toml")).ok()?;
     let is_it = manifest.lines().any(|line| line.trim() == "name = \"pathspace\"");

@@ -1,4 +1,5 @@
-//! Names of files and words of files as they are shown: without control characters, which steer terminals, and not too long.
+//! Names of files and words of files as they are shown: without control characters, which steer
+//! terminals, and not too long.
 
 use std::io::{self, Write};
 

@@ -268,8 +268,8 @@ fn stopped(report: &Report<'_>) -> bool {
     !report.complete && interrupt::requested()
 }
 
-/// Where the image goes: as asked for, or beside where the command was called under the name of the scene. What nobody asked to
-/// write must be free, or by this program.
+/// Where the image goes: as asked for, or beside where the command was called under the name of the
+/// scene. What nobody asked to write must be free, or by this program.
 fn place(args: &RenderArgs, name: &str) -> Result<Option<Output>> {
     if args.no_image {
         return Ok(None);

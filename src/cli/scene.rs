@@ -36,8 +36,8 @@ pub(super) struct Prepared {
     pub(super) spp: Option<u32>,
 }
 
-/// Reads, adjusts and builds the scene. Notes of the reader that may change the image and warnings of
-/// the scene go to stderr; other notes too where asked for.
+/// Reads, adjusts and builds the scene. Notes of the reader that may change the image and warnings
+/// of the scene go to stderr; other notes too where asked for.
 pub(super) fn prepare(args: &SceneArgs, verbose: bool) -> Result<Prepared> {
     prepare_with(args, verbose, false)
 }
@@ -84,7 +84,8 @@ pub(super) fn prepare_with(args: &SceneArgs, verbose: bool, box_filter: bool) ->
     })
 }
 
-/// Bytes of a pixel at the end of a render: sums, the image made of them, and what is encoded of it.
+/// Bytes of a pixel at the end of a render: sums, the image made of them, and what is encoded of
+/// it.
 const BYTES: usize = 96;
 
 /// Says that a film does not fit the memory, before anything is rendered.
@@ -119,7 +120,8 @@ fn is_seen(emitter: &EmitterDescription) -> bool {
     )
 }
 
-/// A line for each note that may change the image; one for all the others, which every file has, where asked for.
+/// A line for each note that may change the image; one for all the others, which every file has,
+/// where asked for.
 fn tell_notes(notes: &[Note], verbose: bool) {
     let (serious, harmless): (Vec<&Note>, Vec<&Note>) =
         notes.iter().partition(|n| n.kind.is_error_when_strict());
@@ -169,7 +171,8 @@ const ALIASES: [Alias; 4] = [
     ("direct", "pt", Some(("max_depth", "2"))),
 ];
 
-/// The spec with the name that an integrator has here, where it has Mitsuba's and no plug-in is called so.
+/// The spec with the name that an integrator has here, where it has Mitsuba's and no plug-in is
+/// called so.
 pub(super) fn own_name(registry: &Registry, spec: &Spec) -> Result<Spec> {
     let alias = ALIASES.iter().find(|(alias, ..)| *alias == spec.name);
     let Some((_, name, extra)) = alias.filter(|_| registry.all().all(|(n, _)| n != spec.name))

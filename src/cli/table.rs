@@ -4,7 +4,8 @@ use std::io::{self, Write};
 
 pub(super) use pathspace_validation::page::{figure, p_value, percent};
 
-/// Rows of cells; the first column is flush left, the others flush right but for those asked to be left.
+/// Rows of cells; the first column is flush left, the others flush right but for those asked to be
+/// left.
 pub(super) struct Table {
     rows: Vec<Vec<String>>,
     left: &'static [usize],

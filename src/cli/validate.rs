@@ -196,7 +196,8 @@ fn tell(report: &Report, failures: &[FailureReport], out: &mut dyn Write) -> Res
     Ok(())
 }
 
-/// The matrix of a scene: verdict and minimum detectable bias of each pair, of the image and of a tile.
+/// The matrix of a scene: verdict and minimum detectable bias of each pair, of the image and of a
+/// tile.
 fn tell_scene(scene: &SceneReport, out: &mut dyn Write) -> Result<()> {
     let [width, height] = scene.size;
     writeln!(out, "{}: {width}×{height}, {:.1} s", scene.scene, scene.seconds)?;

@@ -134,7 +134,8 @@ fn seconds_are_those_of_one_replicate() {
     let begin = Instant::now();
     let v = json(&words(line));
     let seconds = v["integrators"][0]["seconds"].as_f64().unwrap();
-    // Three of them, one after the other, fit into the time of the whole command, however busy the machine is; three times their sum would not.
+    // Three of them, one after the other, fit into the time of the whole command, however busy the
+    // machine is; three times their sum would not.
     assert!(3.0 * seconds <= begin.elapsed().as_secs_f64(), "{seconds}");
     assert!(seconds > 0.0 && v["integrators"][0]["spp"].as_f64().unwrap() > 0.0, "{v}");
 }
@@ -143,7 +144,8 @@ fn seconds_are_those_of_one_replicate() {
 fn pictures_of_a_scene_share_the_exposure_that_is_asked_for() {
     let folder = Folder::new();
     let line = "compare furnace -i pt -i bdpt --size 8x8 --max-depth 1 --spp 1 --replicates 2";
-    // The background is 1 everywhere: sRGB of ½ where a stop less is asked for, nearly white where nothing is.
+    // The background is 1 everywhere: sRGB of ½ where a stop less is asked for, nearly white where
+    // nothing is.
     for (more, levels) in [("--exposure -1", 187..=188), ("", 231..=255)] {
         let line = format!("{line} {more} -o out");
         let output = run_in(folder.path(), &words(&line));
@@ -158,7 +160,8 @@ fn pictures_of_a_scene_share_the_exposure_that_is_asked_for() {
     assert!(stderr(&output).contains("furnace: exposure "), "{}", stderr(&output));
 }
 
-/// What a person reads without asking for more: verdicts, the best, a row each, and what to type next.
+/// What a person reads without asking for more: verdicts, the best, a row each, and what to type
+/// next.
 #[test]
 fn the_first_screen_is_short_and_its_commands_run() {
     let folder = Folder::new();

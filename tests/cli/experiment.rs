@@ -205,7 +205,8 @@ fn renderers_that_are_absent_are_left_out_with_a_line() {
     assert!(r["notes"][0].as_str().unwrap().contains("left out"));
 }
 
-/// A peer that is wrong is left out by name, one that ignores its seed is noted, and the comparison goes on.
+/// A peer that is wrong is left out by name, one that ignores its seed is noted, and the comparison
+/// goes on.
 #[cfg(unix)]
 #[test]
 fn renderers_that_fail_are_left_out_by_name() {

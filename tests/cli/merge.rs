@@ -47,7 +47,8 @@ fn merged_shards_are_the_image_in_one_piece() {
     let mut equal = 0.0;
     for ((name, x), (other, y)) in a.channels.iter().zip(&whole.channels) {
         assert_eq!(name, other);
-        // Sums differ by the rounding of f64 in another order: at most the last bit of an f32 shows it.
+        // Sums differ by the rounding of f64 in another order: at most the last bit of an f32 shows
+        // it.
         assert!(x.iter().zip(y).all(|(x, y)| x.to_bits().abs_diff(y.to_bits()) <= 1), "{name}");
         equal += x.iter().zip(y).filter(|(x, y)| x == y).count() as f64 / x.len() as f64;
     }

@@ -1,4 +1,5 @@
-//! `pathspace new-plugin`. That the crate compiles and compares is shown where there is time to build it.
+//! `pathspace new-plugin`. That the crate compiles and compares is shown where there is time to
+//! build it.
 
 use std::fs;
 

@@ -108,7 +108,8 @@ fn a_window_has_its_place_in_the_film() {
     assert_eq!((exr.size, exr.position, exr.display), ((12, 10), (8, 4), (32, 24)));
 }
 
-/// Random numbers belong to items of the window, so that its pixels have other noise and the same mean.
+/// Random numbers belong to items of the window, so that its pixels have other noise and the same
+/// mean.
 #[test]
 fn a_window_shows_that_part_of_the_image() {
     let folder = Folder::new();
@@ -203,7 +204,8 @@ fn an_image_is_what_its_name_says() {
     });
     let (pfm, npy) = (of("b.pfm"), of("c.npy"));
     let float = |bytes: &[u8], at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    // The last pixel of an array is the last of the image, that of a float map the right end of its first row.
+    // The last pixel of an array is the last of the image, that of a float map the right end of its
+    // first row.
     assert_eq!(float(&npy, npy.len() - 4), *exr.channel("B").last().unwrap());
     assert_eq!(float(&pfm, pfm.len() - 4), exr.channel("B")[31]);
     assert!(of("d.png").starts_with(b"\x89PNG"));

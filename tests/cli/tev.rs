@@ -1,4 +1,5 @@
-//! `pathspace render --tev`, with a small server in the place of the viewer that records what comes.
+//! `pathspace render --tev`, with a small server in the place of the viewer that records what
+//! comes.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -6,7 +7,8 @@ use std::thread::JoinHandle;
 
 use crate::support::*;
 
-/// A message of tev's protocol: length of all as 32 bits, kind, content; numbers little endian, names end with 0.
+/// A message of tev's protocol: length of all as 32 bits, kind, content; numbers little endian,
+/// names end with 0.
 struct Message {
     kind: u8,
     content: Vec<u8>,

@@ -1,9 +1,11 @@
-//! Measures an integrator on every scene with an exact answer, until a given relative bias would be seen:
+//! Measures an integrator on every scene with an exact answer, until a given relative bias would be
+//! seen:
 //!
 //!     cargo run --release -p pathspace-validation --example exact -- lt 0.005
 //!
-//! A third argument leaves only the scenes whose names contain it; a fourth is the most steps (about one sample a pixel) of each of 64
-//! replicates, 1000 otherwise. The bias that can be seen in the end is an estimate itself: aim a tenth below what has to be shown.
+//! A third argument leaves only the scenes whose names contain it; a fourth is the most steps
+//! (about one sample a pixel) of each of 64 replicates, 1000 otherwise. The bias that can be seen
+//! in the end is an estimate itself: aim a tenth below what has to be shown.
 
 use std::process::ExitCode;
 

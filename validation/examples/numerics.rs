@@ -1,12 +1,13 @@
-//! How far production and oracle are apart: the distribution of relative errors of densities, weights, values and G over
-//! the paths of every scene of the library.
+//! How far production and oracle are apart: the distribution of relative errors of densities,
+//! weights, values and G over the paths of every scene of the library.
 //!
 //! ```text
 //! cargo run --release -p pathspace-validation --example numerics [-- PATHS [SCENE…]]
 //! ```
 //!
-//! Production computes densities and weights step by step while it walks, in `f32` where directions and BSDFs are
-//! concerned; the oracle takes the finished path. Both see the same vertices, whose positions are rounded to `f32`.
+//! Production computes densities and weights step by step while it walks, in `f32` where directions
+//! and BSDFs are concerned; the oracle takes the finished path. Both see the same vertices, whose
+//! positions are rounded to `f32`.
 
 use glam::DVec3;
 use pathspace_core::description::FilterKind;
@@ -25,7 +26,8 @@ const KINDS: [&str; 4] = ["density", "weight", "value", "G"];
 /// Quantiles that are printed.
 const QUANTILES: [f64; 4] = [0.5, 0.99, 0.9999, 1.0];
 
-/// Relative errors of a path: density, weight, value (f w / p), and the largest of G over its edges.
+/// Relative errors of a path: density, weight, value (f w / p), and the largest of G over its
+/// edges.
 fn errors(scene: &Scene, bdpt: &Bdpt, record: &PathRecord) -> Option<[f64; 4]> {
     let rules = bdpt.rules();
     let (path, k) = (&record.path, record.path.length());

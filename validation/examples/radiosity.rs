@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release -p pathspace-validation --example radiosity -- cornell-box 0.1 5 0.005 2000 pt bdpt
 //!
-//! Arguments: scene, edge h of the coarsest elements over the radius of the scene, path lengths, relative bias to be seen, most steps of
-//! one sample a pixel for each of 24 replicates of 64 × 64 pixels, integrators.
+//! Arguments: scene, edge h of the coarsest elements over the radius of the scene, path lengths,
+//! relative bias to be seen, most steps of one sample a pixel for each of 24 replicates of 64 × 64
+//! pixels, integrators.
 
 use std::process::ExitCode;
 use std::time::Instant;

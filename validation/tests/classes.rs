@@ -52,8 +52,9 @@ fn without_marks(method: &Method) -> Method {
     Method { replicates: method.replicates.iter().map(one).collect(), ..method.clone() }
 }
 
-/// `erpt` hits the small lamp of ring-caustic through the ring too seldom to have met it in these replicates; that the surroundings shine through the ring as well
-/// must not make them look well sampled.
+/// `erpt` hits the small lamp of ring-caustic through the ring too seldom to have met it in these
+/// replicates; that the surroundings shine through the ring as well must not make them look well
+/// sampled.
 #[test]
 fn a_lamp_that_was_never_met_does_not_hide_behind_the_surroundings() {
     let scene = library::find("ring-caustic").unwrap();

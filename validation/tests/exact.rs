@@ -14,8 +14,8 @@ const TOLERANCE: f64 = 5e-6;
 /// A cell of a scene.
 pub type Measured = (String, CellReport);
 
-/// Aims at a detectable bias a little below the one that is held to, with many replicates: the variance that a minimum detectable bias is made of is itself
-/// an estimate, known to 18 % from 64.
+/// Aims at a detectable bias a little below the one that is held to, with many replicates: the
+/// variance that a minimum detectable bias is made of is itself an estimate, known to 18 % from 64.
 fn measure(scene: &ExactScene, spec: &str, seed: u64, mdb: f64, cells: &mut Vec<Measured>) {
     let plan =
         Plan { replicates: 64, pilot: 1, most: 750, mdb: 0.84 * mdb, seed, ..Plan::default() };
@@ -59,7 +59,8 @@ pub fn judge(cells: &[Measured], mdb: f64) {
     assert!(!cells.is_empty() && wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Measures every exact scene with one integrator, but for the caustics of a cup and for media, which have tests of their own.
+/// Measures every exact scene with one integrator, but for the caustics of a cup and for media,
+/// which have tests of their own.
 fn suite(spec: &str, seed: u64, mdb: f64) {
     let apart: Vec<_> = exact::cup::all().into_iter().chain(exact::media::all()).collect();
     let mut scenes = exact::all();
@@ -110,7 +111,8 @@ fn single_technique(name: &str, (s, t): (u32, u32), mdb: f64, cells: &mut Vec<Me
     measure(&scene, &spec, derive_seed(7, u64::from(10 * (s + t - 1) + s)), 0.9 * mdb, cells);
 }
 
-/// Light that falls into so small a part of the floor is rare; the example `exact` measures to any limit.
+/// Light that falls into so small a part of the floor is rare; the example `exact` measures to any
+/// limit.
 #[test]
 fn caustics_of_a_cup_have_the_exact_flux() {
     measure_all(exact::cup::all(), "lt", 8, 0.02);

@@ -16,7 +16,8 @@ use crate::models;
 /// Longest path in edges.
 const LENGTHS: u32 = 4;
 
-/// The inside of a luminous sphere of reflectance ½ with L_e = 1, and outside of it a ball of 10⁷ times the power.
+/// The inside of a luminous sphere of reflectance ½ with L_e = 1, and outside of it a ball of 10⁷
+/// times the power.
 fn two_rooms() -> SceneDescription {
     let mut b = SceneBuilder::new(4);
     let grey = b.diffuse(0.5);

@@ -152,7 +152,8 @@ fn grazing_rays_carry_bounded_weights() {
 
 #[test]
 fn a_tiny_sphere_light_lights_as_a_point() {
-    // π(R/d)² L over the plate to 10⁻⁴: the cone is uniform, so that only the receiver's points vary.
+    // π(R/d)² L over the plate to 10⁻⁴: the cone is uniform, so that only the receiver's points
+    // vary.
     let scene = exact::receivers::small_sphere_light();
     let expected = scene.expected.iter().find(|e| e.mean > 0.0).unwrap();
     let built = models::build(&scene.description);

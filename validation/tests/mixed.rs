@@ -1,4 +1,5 @@
-//! Materials with a specular and a non-specular component on one side: every integrator agrees, path length by path length.
+//! Materials with a specular and a non-specular component on one side: every integrator agrees,
+//! path length by path length.
 
 use std::sync::Arc;
 

@@ -97,7 +97,8 @@ pub fn emitters_and_lens() -> SceneDescription {
     b.finish()
 }
 
-/// Environment and directional light on dielectrics with shading normals and metals sampled by all normals.
+/// Environment and directional light on dielectrics with shading normals and metals sampled by all
+/// normals.
 pub fn open_air() -> SceneDescription {
     let mut b = SceneBuilder::new(32);
     let ground = b.diffuse(0.5);
@@ -174,7 +175,8 @@ pub fn glazed_room() -> SceneDescription {
     b.finish()
 }
 
-/// A point light over glass and a plastic floor: caustics on a surface with a coat, and mirrored by it.
+/// A point light over glass and a plastic floor: caustics on a surface with a coat, and mirrored by
+/// it.
 pub fn glazed_caustic() -> SceneDescription {
     let mut b = SceneBuilder::new(32);
     let floor = b.material(plastic(Rgb::grey(0.6), false));
@@ -209,7 +211,8 @@ pub fn glazed_air() -> SceneDescription {
     b.finish()
 }
 
-/// A room full of coloured fog, a glass ball of another medium in it, a box of thin fog with an index-matched boundary.
+/// A room full of coloured fog, a glass ball of another medium in it, a box of thin fog with an
+/// index-matched boundary.
 pub fn foggy_room() -> SceneDescription {
     let mut b = SceneBuilder::new(32);
     room(&mut b);

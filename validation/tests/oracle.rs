@@ -56,7 +56,8 @@ fn lt() -> LightTracer {
         .unwrap()
 }
 
-/// Records of at least `count` paths, with the contributions they belong to; fewer where they are rare.
+/// Records of at least `count` paths, with the contributions they belong to; fewer where they are
+/// rare.
 fn collect(estimator: &impl PathEstimator, scene: &Scene, count: usize) -> RecordingSink {
     let mut sink = RecordingSink::default();
     for item in 0..40 * count as u64 {
@@ -221,8 +222,9 @@ fn run(name: &str, scene: &Scene, method: &Method, estimator: &impl PathEstimato
         method.name,
         failures.len()
     );
-    // A ray that just touches an edge may be seen differently from its two ends.
-    // The connections of one bidirectional sample share its corners: 0.2 % of them in ring-caustic, from two dozen samples.
+    // A ray that just touches an edge may be seen differently from its two ends. The connections of
+    // one bidirectional sample share its corners: 0.2 % of them in ring-caustic, from two dozen
+    // samples.
     let unjudged = if method.name == "bdpt" { 0.003 } else { 0.002 };
     if hidden * 10_000 > edges || (degenerate + no_density) as f64 > unjudged * checked as f64 {
         failures.push("too many hidden edges or degenerate paths".into());
@@ -328,7 +330,8 @@ fn method_of(bdpt: &Bdpt) -> Method<'static> {
     }
 }
 
-/// Each path of the library by the production weight of each technique: equal to the oracle's, and Σ w = 1.
+/// Each path of the library by the production weight of each technique: equal to the oracle's, and
+/// Σ w = 1.
 #[test]
 fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_one() {
     let bdpt = every_technique();
@@ -346,7 +349,8 @@ fn production_weights_of_all_techniques_of_a_path_equal_the_oracle_and_sum_to_on
             let ln: Vec<_> =
                 all.iter().map(|t| ln_density(&scene, path, *t, &method.rules)).collect();
             let made = bdpt.weights_of(&scene, path);
-            // Rounding moves a direction by 2⁻²⁴ over the length of its edge, more at grazing angles.
+            // Rounding moves a direction by 2⁻²⁴ over the length of its edge, more at grazing
+            // angles.
             let shortest = path.vertices.windows(2).map(|w| w[0].edge_to(&w[1]));
             let grazing = shortest.map(|e| e.distance2().sqrt() * e.cos_a().min(e.cos_b()));
             let tolerance = TOLERANCE + 64.0 / 16_777_216.0 / grazing.fold(1.0, f64::min);

@@ -88,8 +88,9 @@ fn form_factors_are_reciprocal_where_each_is_computed_by_itself() {
     assert!(off < 0.05 * sum, "{off} of {sum}");
 }
 
-/// Blocks stand on the floor and a lamp hangs a little below the ceiling. What two surfaces exchange is held to rays; what a wrong
-/// visibility lets into the blocks shows as elements that see nothing but each other.
+/// Blocks stand on the floor and a lamp hangs a little below the ceiling. What two surfaces
+/// exchange is held to rays; what a wrong visibility lets into the blocks shows as elements that
+/// see nothing but each other.
 #[test]
 fn form_factors_are_those_that_rays_find() {
     let scene = built("cornell-box");

@@ -4,8 +4,8 @@
 //! cargo bench -p pathspace-benches --bench chains [-- INTEGRATOR…]
 //! ```
 //!
-//! One thread, 64×64, four library scenes, bootstrap of 20 000 samples. `pt` and `bdpt` stand beside them: there a mutation is a sample. Of five passes
-//! the one in the middle counts.
+//! One thread, 64×64, four library scenes, bootstrap of 20 000 samples. `pt` and `bdpt` stand
+//! beside them: there a mutation is a sample. Of five passes the one in the middle counts.
 
 use std::sync::Arc;
 use std::time::Instant;

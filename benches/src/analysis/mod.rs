@@ -41,7 +41,8 @@ pub struct Analysed {
     pub notes: Vec<String>,
 }
 
-/// Analyses the finished replicates of one scene. Integrators without two replicates at the largest budget are left out.
+/// Analyses the finished replicates of one scene. Integrators without two replicates at the largest
+/// budget are left out.
 ///
 /// # Errors
 /// Where no integrator has two replicates, or means are not finite.
@@ -137,7 +138,8 @@ impl Scene<'_> {
         self.plan.cells(self.store, self.setup, &self.setup.contestants[index].0, budget)
     }
 
-    /// A note where another renderer has made one image more than once: its replicates are not independent.
+    /// A note where another renderer has made one image more than once: its replicates are not
+    /// independent.
     fn repeated(&self, index: usize) -> Option<String> {
         let (name, contestant) = &self.setup.contestants[index];
         if !contestant.is_external() {

@@ -8,10 +8,12 @@ const RESAMPLES: usize = 9999;
 /// Scenes from which on a bootstrap over them says something.
 const SCENES: usize = 5;
 
-/// Geometric mean over scenes of the ratio of efficiencies to the baseline, with a bootstrap over scenes.
+/// Geometric mean over scenes of the ratio of efficiencies to the baseline, with a bootstrap over
+/// scenes.
 ///
-/// Integrators with a ratio in two scenes at least take part, in the order in which they come first. With fewer than five scenes there is
-/// no interval (NaN): a bootstrap over so few is too narrow. It says nothing of scenes of another kind.
+/// Integrators with a ratio in two scenes at least take part, in the order in which they come
+/// first. With fewer than five scenes there is no interval (NaN): a bootstrap over so few is too
+/// narrow. It says nothing of scenes of another kind.
 pub fn overall(scenes: &[SceneResults]) -> Vec<Overall> {
     let mut found: Vec<(String, String, Vec<f64>)> = Vec::new();
     for method in scenes.iter().flat_map(|s| &s.methods) {

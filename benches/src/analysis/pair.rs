@@ -1,8 +1,8 @@
 //! Two integrators on what both can make.
 //!
-//! Another renderer hands over one image and no path classes. It is compared as a whole, with the sum of those classes of ours that
-//! it can make; where it makes light that the other of the pair can not, nobody can take that out of its image, and the pair is
-//! inconclusive.
+//! Another renderer hands over one image and no path classes. It is compared as a whole, with the
+//! sum of those classes of ours that it can make; where it makes light that the other of the pair
+//! can not, nobody can take that out of its image, and the pair is inconclusive.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +15,12 @@ use crate::experiment::Cell;
 use crate::metrics::errors;
 use crate::results::PairSummary;
 
-/// Mean luminance of the paths that each set of families can make, as the integrators of our own saw it.
+/// Mean luminance of the paths that each set of families can make, as the integrators of our own
+/// saw it.
 pub(super) type Light = BTreeMap<Families, f64>;
 
-/// The largest mean luminance that one of our own saw in each set of families, all path lengths together.
+/// The largest mean luminance that one of our own saw in each set of families, all path lengths
+/// together.
 pub(super) fn light_of_families(scene: &Scene<'_>, methods: &[usize]) -> Light {
     let mut light = Light::new();
     for &index in methods {

@@ -1,4 +1,5 @@
-//! The harness on an integrator whose error is known: a furnace of radiance 1 with exponential noise, whose variance is 1.
+//! The harness on an integrator whose error is known: a furnace of radiance 1 with exponential
+//! noise, whose variance is 1.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -90,7 +91,8 @@ fn plan(contestants: Vec<Contestant>, budgets: Vec<Budget>, replicates: u32, see
     Plan { setups, budgets, replicates, seed, threads: 1, failures: Vec::new() }
 }
 
-/// Runs a plan and analyses its scene, with a second a sample, because seconds of the clock are as many as other programs let them be.
+/// Runs a plan and analyses its scene, with a second a sample, because seconds of the clock are as
+/// many as other programs let them be.
 fn results(plan: &mut Plan, questions: &Questions) -> SceneResults {
     let store = Store::temporary().unwrap();
     assert!(plan.run(&store, &mut |_| ControlFlow::Continue(())).unwrap());
@@ -122,7 +124,8 @@ fn known_variance_gives_slope_minus_one_and_the_known_error() {
     for p in &method.points {
         let mse = 1.0 / p.budget.value;
         assert!(p.mse.low <= mse && mse <= p.mse.high, "{p:?}");
-        // At 1 spp the error of a pixel has variance 8, so exp(2·2.07·√(8/64/24)) = 1.35 is expected, and less at more.
+        // At 1 spp the error of a pixel has variance 8, so exp(2·2.07·√(8/64/24)) = 1.35 is
+        // expected, and less at more.
         assert!(p.mse.high / p.mse.low < 1.8, "{p:?}");
     }
     // MSE·seconds is 1 at every budget, and relMSE is MSE over 1.01.
@@ -190,7 +193,8 @@ mod peers {
     use super::*;
     use crate::peers::{Peer, Place};
 
-    /// Another renderer that hands out images of noise about `mean`, made beforehand: one for each replicate.
+    /// Another renderer that hands out images of noise about `mean`, made beforehand: one for each
+    /// replicate.
     fn peer(folder: &std::path::Path, mean: f32, techniques: &str) -> Contestant {
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(9);
         let n = SIZE as usize;

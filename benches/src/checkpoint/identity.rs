@@ -74,7 +74,8 @@ impl fmt::Display for Shards {
 }
 
 impl Identity {
-    /// What differs between the render of a file (`self`) and this one, the names of scenes apart; `None` where nothing does.
+    /// What differs between the render of a file (`self`) and this one, the names of scenes apart;
+    /// `None` where nothing does.
     pub fn difference(&self, here: &Identity) -> Option<String> {
         let differences =
             [self.difference_but_shards(here), differs("shard", &self.shards, &here.shards)];

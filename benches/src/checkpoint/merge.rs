@@ -79,7 +79,8 @@ pub struct Short {
 }
 
 impl Short {
-    /// What a file lacks where the whole render was to reach `most` samples per pixel by one of its shards.
+    /// What a file lacks where the whole render was to reach `most` samples per pixel by one of its
+    /// shards.
     fn of(identity: &Identity, progress: &Progress, most: u64) -> Option<Short> {
         let Shards { count, present } = &identity.shards;
         let shards = present.iter().filter_map(|i| Shard::new(*i, *count).ok());
@@ -129,12 +130,14 @@ pub struct Merged {
 
 /// Puts shards together: sums and samples are added, so that each shard weighs by its samples.
 ///
-/// Files are added in the order of their lowest shard, whatever the order of `paths`: the same files give the same bits. Sums of the
-/// render in one piece are those of the same contributions in another order, equal but for the rounding of `f64`, and to the bit
-/// where no sum was rounded. Steps, samples, rays and seconds are those of all together.
+/// Files are added in the order of their lowest shard, whatever the order of `paths`: the same
+/// files give the same bits. Sums of the render in one piece are those of the same contributions in
+/// another order, equal but for the rounding of `f64`, and to the bit where no sum was rounded.
+/// Steps, samples, rays and seconds are those of all together.
 ///
 /// # Errors
-/// [`MergeError`]: a file that is not whole, of another render, or with a shard that another one has.
+/// [`MergeError`]: a file that is not whole, of another render, or with a shard that another one
+/// has.
 pub fn merge(paths: &[PathBuf]) -> Result<Merged, MergeError> {
     // Films are large: what fits together is found out first, with one in memory at a time.
     let mut parts: Vec<Part> = Vec::new();
@@ -229,7 +232,8 @@ fn larger(a: Goal, b: Goal) -> Goal {
     if amount(&b) > amount(&a) { b } else { a }
 }
 
-/// Where the sums of an image are: beside `NAME.exr` stands `NAME.film`; any other file is one of sums itself.
+/// Where the sums of an image are: beside `NAME.exr` stands `NAME.film`; any other file is one of
+/// sums itself.
 pub fn sums_of(path: &Path) -> PathBuf {
     let is_image = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     if is_image { path.with_extension("film") } else { path.to_path_buf() }

@@ -1,7 +1,8 @@
 //! Checkpoints: a render with all that goes on from it, or is merged with its shards, in one file.
 //!
-//! A file begins with a line that says what it is, holds one [`postcard`] message with numbers as they are in memory, and ends with the BLAKE3
-//! hash of all before. It appears whole or not at all: whatever happens while it is written, the one before is still there.
+//! A file begins with a line that says what it is, holds one [`postcard`] message with numbers as
+//! they are in memory, and ends with the BLAKE3 hash of all before. It appears whole or not at all:
+//! whatever happens while it is written, the one before is still there.
 
 mod identity;
 mod merge;
@@ -85,7 +86,8 @@ pub enum CheckpointError {
     },
 }
 
-/// Checks that a checkpoint can be written, and removes what killed processes have left of their writing.
+/// Checks that a checkpoint can be written, and removes what killed processes have left of their
+/// writing.
 ///
 /// # Errors
 /// [`CheckpointError::Write`].

@@ -53,8 +53,8 @@ fn window_of(name: &str) -> Arc<Scene> {
     Arc::new(Scene::new(&description).unwrap())
 }
 
-/// Every integrator there is, and the options that bring a run of their own, each with a scene: the one with glass, or a diffuse one
-/// where it refuses that.
+/// Every integrator there is, and the options that bring a run of their own, each with a scene: the
+/// one with glass, or a diffuse one where it refuses that.
 fn integrators() -> Vec<(Box<dyn Integrator>, Arc<Scene>)> {
     let registry = Registry::builtin();
     let defaults = Defaults { rules: WalkRules { max_length: Some(5), rr_depth: 4 } };

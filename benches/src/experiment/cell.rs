@@ -1,4 +1,5 @@
-//! A cell of an experiment: one replicate of one integrator on one scene with one budget, boiled down to what is measured on it.
+//! A cell of an experiment: one replicate of one integrator on one scene with one budget, boiled
+//! down to what is measured on it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,7 +30,8 @@ pub struct Cell {
     pub nonfinite_example: Option<String>,
     /// Means of path classes: length, families, mean of the image, means of tiles.
     classes: Vec<(u16, u8, f64, Vec<f64>)>,
-    /// The paths that the same families can make, all lengths together: families, `[r, g, b]` of every pixel.
+    /// The paths that the same families can make, all lengths together: families, `[r, g, b]` of
+    /// every pixel.
     planes: Vec<(u8, Vec<f32>)>,
 }
 
@@ -54,7 +56,8 @@ impl Cell {
         }
     }
 
-    /// What is measured on the image of another renderer, which says of all its paths together which families could make them.
+    /// What is measured on the image of another renderer, which says of all its paths together
+    /// which families could make them.
     pub fn of_image(image: Vec<f32>, families: Families, seed: u64, tiles: &Tiles) -> Self {
         let (pixels, _) = image.as_chunks::<3>();
         let pixels: Vec<[f64; 3]> = pixels.iter().map(|p| p.map(f64::from)).collect();
@@ -85,7 +88,8 @@ impl Cell {
         Observation { classes: self.classes.iter().map(class).collect(), samples: 0 }
     }
 
-    /// [`Cell::observation`] with all that `others` could make as well as one class, which is how another renderer is observed.
+    /// [`Cell::observation`] with all that `others` could make as well as one class, which is how
+    /// another renderer is observed.
     pub fn observation_as_one(&self, others: Families) -> Observation {
         let mut sum: Option<ClassMean> = None;
         for (_, families, mean, tiles) in &self.classes {

@@ -43,7 +43,8 @@ pub struct Config {
     /// Budget in seconds, or several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seconds: Option<Many<f64>>,
-    /// `"A..B"`: the one budget times 2^A, …, 2^B, both ends included; of 1 spp where none is given.
+    /// `"A..B"`: the one budget times 2^A, …, 2^B, both ends included; of 1 spp where none is
+    /// given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<String>,
     /// Replicates of each integrator with each budget.
@@ -168,7 +169,8 @@ impl Config {
 
     /// The same as TOML.
     pub fn to_toml(&self) -> String {
-        // Tables and strings of a struct can always be written; the error is that of maps with other keys.
+        // Tables and strings of a struct can always be written; the error is that of maps with
+        // other keys.
         toml::to_string(self).unwrap_or_default()
     }
 
@@ -236,7 +238,8 @@ impl Config {
     }
 }
 
-/// The known key that is most like the unknown one of a message "unknown field `a`, expected one of `b`, `c`", as a question.
+/// The known key that is most like the unknown one of a message "unknown field `a`, expected one of
+/// `b`, `c`", as a question.
 fn meant(message: &str) -> String {
     let Some(rest) = message.strip_prefix("unknown field ") else { return String::new() };
     let mut words = rest.split('`').skip(1).step_by(2);

@@ -1,12 +1,13 @@
 //! Experiments: scenes × integrators × budgets × replicates.
 //!
-//! A replicate is a whole render with a seed of its own. Budgets have replicates of their own too: the points of a curve are then
-//! independent, which its slope's interval relies on, another renderer can take part that shows no image before it is done, and
-//! an interrupted experiment loses one render at most. It costs twice the largest budget at 2^j, where one run observed on its
-//! way would cost it once.
+//! A replicate is a whole render with a seed of its own. Budgets have replicates of their own too:
+//! the points of a curve are then independent, which its slope's interval relies on, another
+//! renderer can take part that shows no image before it is done, and an interrupted experiment
+//! loses one render at most. It costs twice the largest budget at 2^j, where one run observed on
+//! its way would cost it once.
 //!
-//! The integrators take turns, replicate by replicate, in an order that is turned round every time, so that a machine that slows
-//! down slows all alike.
+//! The integrators take turns, replicate by replicate, in an order that is turned round every time,
+//! so that a machine that slows down slows all alike.
 
 mod cell;
 mod config;
@@ -81,7 +82,8 @@ pub struct Plan {
     pub seed: u64,
     /// Threads of the pool that it runs on.
     pub threads: usize,
-    /// Who was left out on the way, with the reason: other renderers that failed, and, where a scene has others left, integrators that refuse it.
+    /// Who was left out on the way, with the reason: other renderers that failed, and, where a
+    /// scene has others left, integrators that refuse it.
     pub failures: Vec<String>,
 }
 
@@ -128,7 +130,8 @@ impl Setup {
 }
 
 impl Plan {
-    /// The finished replicates of an integrator with a budget, in order; those that cannot be read are left out.
+    /// The finished replicates of an integrator with a budget, in order; those that cannot be read
+    /// are left out.
     pub fn cells(
         &self,
         store: &Store,
@@ -141,8 +144,8 @@ impl Plan {
         (0..self.replicates).filter_map(|r| store.get(&key(r))).collect()
     }
 
-    /// Renders every cell that the store does not have. `watch` is called after every step; where it says to stop, the render under
-    /// way is dropped and the answer is `false`.
+    /// Renders every cell that the store does not have. `watch` is called after every step; where
+    /// it says to stop, the render under way is dropped and the answer is `false`.
     ///
     /// # Errors
     /// Where an integrator does not render a scene, or cells cannot be kept.

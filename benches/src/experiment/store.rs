@@ -1,7 +1,8 @@
 //! Finished cells on the disk, so that an experiment goes on where it was stopped.
 //!
-//! A cell's file is named by a hash of all that its content depends on, the program included; what belongs to another experiment is
-//! never mixed in. Files appear whole or not at all and end in a hash of their content.
+//! A cell's file is named by a hash of all that its content depends on, the program included; what
+//! belongs to another experiment is never mixed in. Files appear whole or not at all and end in a
+//! hash of their content.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,7 +41,8 @@ pub struct Key<'a> {
 }
 
 impl Key<'_> {
-    /// Seed of the cell: from all of the key but the threads, so that it does not depend on what else is compared.
+    /// Seed of the cell: from all of the key but the threads, so that it does not depend on what
+    /// else is compared.
     pub fn seed(&self) -> u64 {
         let key = (self.scene, self.integrator, self.budget, self.replicate, self.seed);
         let hash = blake3::hash(format!("{key:?}").as_bytes());

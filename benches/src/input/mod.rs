@@ -69,8 +69,8 @@ pub enum InputError {
 
 /// Reads an image; the end of its name tells the format.
 ///
-/// EXR and PFM are read as [`floats::decode`] says. NPY: shape (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) of 16-, 32- or 64-bit floats; the first
-/// row is the top.
+/// EXR and PFM are read as [`floats::decode`] says. NPY: shape (h, w), (h, w, 1), (h, w, 3) or (h,
+/// w, 4) of 16-, 32- or 64-bit floats; the first row is the top.
 ///
 /// # Errors
 /// [`InputError`], naming the file; also where a value is not finite.

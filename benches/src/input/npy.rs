@@ -1,4 +1,5 @@
-//! NumPy's array file: a magic number, a header that is a Python dictionary of three keys, then the values.
+//! NumPy's array file: a magic number, a header that is a Python dictionary of three keys, then the
+//! values.
 //!
 //! Read here because a crate that does it brings a parser of all Python literals along.
 

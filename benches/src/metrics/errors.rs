@@ -41,9 +41,10 @@ impl Errors {
 
 /// MSE and relMSE of replicates, images of `[r, g, b]` after each other.
 ///
-/// For every replicate the map of unbiased squared errors e is averaged over pixels and channels; relMSE is the mean of e/(R̄² + ε),
-/// ε = 10⁻²·(mean luminance)², with R̄ the mean of the reference or of the replicates. Two replicates without a reference share one
-/// estimate, ½(A₁−A₂)², and have no interval. Relative errors of a black image are 0 where there is no error, otherwise NaN.
+/// For every replicate the map of unbiased squared errors e is averaged over pixels and channels;
+/// relMSE is the mean of e/(R̄² + ε), ε = 10⁻²·(mean luminance)², with R̄ the mean of the reference
+/// or of the replicates. Two replicates without a reference share one estimate, ½(A₁−A₂)², and have
+/// no interval. Relative errors of a black image are 0 where there is no error, otherwise NaN.
 ///
 /// # Errors
 /// On fewer than 2 replicates, other lengths and values that are not finite.
@@ -118,7 +119,8 @@ mod tests {
 
     #[test]
     fn errors_against_a_reference_by_hand() {
-        // One pixel. Channel errors of the first: (2−1)(2−3) = −1, 1·1 = 1, 0; of the second: 3, 4, 0.
+        // One pixel. Channel errors of the first: (2−1)(2−3) = −1, 1·1 = 1, 0; of the second: 3,
+        // 4, 0.
         let (r1, r2) = ([1.0, 1.0, 1.0], [3.0, 1.0, 1.0]);
         let e = errors(&[&[2.0, 2.0, 1.0], &[4.0, 3.0, 1.0]], Against::Halves(&r1, &r2)).unwrap();
         assert_eq!(e.mse.per_replicate, [0.0, 7.0 / 3.0]);

@@ -1,10 +1,13 @@
-//! LDR-FLIP (Andersson et al. 2020): what an observer sees of a difference when flipping between two images. No figure of error.
+//! LDR-FLIP (Andersson et al. 2020): what an observer sees of a difference when flipping between
+//! two images. No figure of error.
 
 use crate::output::tone_map;
 
-/// Mean LDR-FLIP of two images at one exposure, tone-mapped as the PNG files are, at 67 pixels per degree; in [0, 1].
+/// Mean LDR-FLIP of two images at one exposure, tone-mapped as the PNG files are, at 67 pixels per
+/// degree; in [0, 1].
 ///
-/// `None` where the crate was built without the feature `flip`, or where the images have not `width` × `height` pixels.
+/// `None` where the crate was built without the feature `flip`, or where the images have not
+/// `width` × `height` pixels.
 pub fn flip(
     reference: &[f32],
     image: &[f32],

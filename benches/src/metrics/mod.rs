@@ -1,5 +1,5 @@
-//! How large an error is, and what it costs to make it small. The statistics stand in [`pathspace_validation::stats`]; here they
-//! meet images.
+//! How large an error is, and what it costs to make it small. The statistics stand in
+//! [`pathspace_validation::stats`]; here they meet images.
 //!
 //! | Metric | Where |
 //! | --- | --- |
@@ -7,8 +7,8 @@
 //! | time to reach a target error | [`time_to_error()`] |
 //! | what the eye sees of it | [`flip()`] |
 //!
-//! An error of zero mean is estimated without bias, by products of two independent differences; the estimate may be negative, and is
-//! averaged as it is.
+//! An error of zero mean is estimated without bias, by products of two independent differences; the
+//! estimate may be negative, and is averaged as it is.
 
 mod errors;
 mod flip;

@@ -15,10 +15,11 @@ pub struct Reached<'a> {
 
 /// Seconds to the error `target`, from budgets in ascending order with independent replicates.
 ///
-/// Between the last budget whose mean error is above the target and the first below it, ln error is linear in ln seconds:
-/// ln t = x₁ + u(x₂ − x₁) with u = (y₁ − ln E)/(y₁ − y₂), and by the delta method Var ln t = [(1−u)²·cv₁²/K₁ + u²·cv₂²/K₂]·(Δx/Δy)².
-/// Nothing is extrapolated: where the largest budget does not reach the target the run is censored, and its time is all that is
-/// known; where the smallest one does already, its time is an upper bound.
+/// Between the last budget whose mean error is above the target and the first below it, ln error is
+/// linear in ln seconds: ln t = x₁ + u(x₂ − x₁) with u = (y₁ − ln E)/(y₁ − y₂), and by the delta
+/// method Var ln t = [(1−u)²·cv₁²/K₁ + u²·cv₂²/K₂]·(Δx/Δy)². Nothing is extrapolated: where the
+/// largest budget does not reach the target the run is censored, and its time is all that is known;
+/// where the smallest one does already, its time is an upper bound.
 ///
 /// # Errors
 /// On no budget, fewer than two replicates and errors that are not finite.

@@ -1,5 +1,5 @@
-//! EXR: one part with 32-bit floats; the image as R, G, B, layers as dotted channels (`length.03.R`), which also tools show that
-//! read one part only.
+//! EXR: one part with 32-bit floats; the image as R, G, B, layers as dotted channels
+//! (`length.03.R`), which also tools show that read one part only.
 
 use std::io::{self, Cursor};
 

@@ -1,7 +1,9 @@
-//! Image files: EXR with layers and metadata and a tone-mapped PNG beside it; or PNG, PFM or NPY alone.
+//! Image files: EXR with layers and metadata and a tone-mapped PNG beside it; or PNG, PFM or NPY
+//! alone.
 //!
-//! A file appears whole or not at all: it is written under a temporary name beside its place, flushed to the disk and then
-//! renamed. [`Output::open`] finds out before the rendering whether the place can be written at all.
+//! A file appears whole or not at all: it is written under a temporary name beside its place,
+//! flushed to the disk and then renamed. [`Output::open`] finds out before the rendering whether
+//! the place can be written at all.
 
 mod exr;
 mod plain;
@@ -126,8 +128,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// Checks that `path` ends in `.exr`, `.png`, `.pfm` or `.npy`, and that all [`Output::files`] can be written. Leaves nothing
-    /// behind, and removes what killed processes have left of their writing to them.
+    /// Checks that `path` ends in `.exr`, `.png`, `.pfm` or `.npy`, and that all [`Output::files`]
+    /// can be written. Leaves nothing behind, and removes what killed processes have left of their
+    /// writing to them.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.
@@ -151,7 +154,8 @@ impl Output {
         self.format
     }
 
-    /// The file among those that may be written here which is also `path`, if any: it would be overwritten.
+    /// The file among those that may be written here which is also `path`, if any: it would be
+    /// overwritten.
     pub fn overwrites(&self, path: &Path) -> Option<PathBuf> {
         let beside = ["techniques.png", "unweighted.png"].map(|s| self.path.with_extension(s));
         self.files().into_iter().chain(beside).find(|own| is_same_file(own, path))
@@ -192,7 +196,8 @@ impl Output {
         Ok(())
     }
 
-    /// Writes a picture beside the image, under its name with `suffix`: `out.exr`, `out.techniques.png`. Returns its path.
+    /// Writes a picture beside the image, under its name with `suffix`: `out.exr`,
+    /// `out.techniques.png`. Returns its path.
     ///
     /// # Errors
     /// [`OutputError`], with the system's reason.

@@ -9,7 +9,8 @@ use super::Picture;
 /// Where the shoulder begins, as a share of white.
 const SHOULDER: f64 = 0.8;
 
-/// The exposure that brings the 95 % quantile of luminance to the begin of the shoulder; 1 for a black image.
+/// The exposure that brings the 95 % quantile of luminance to the begin of the shoulder; 1 for a
+/// black image.
 ///
 /// Lamps in the picture are among the brightest twentieth and do not darken the rest.
 pub fn exposure(pixels: &[[f64; 3]]) -> f64 {

@@ -1,7 +1,8 @@
 //! The pyramid of techniques as one labelled picture (Veach 1997, fig. 10.3).
 //!
-//! A row per path length, its techniques (s, t) from s = 0 on the left to t = 0 on the right. Each row has its own exposure, written at
-//! its left, because the contributions fall off by orders of magnitude with the length.
+//! A row per path length, its techniques (s, t) from s = 0 on the left to t = 0 on the right. Each
+//! row has its own exposure, written at its left, because the contributions fall off by orders of
+//! magnitude with the length.
 
 use font8x8::UnicodeFonts;
 use image::{Rgb, RgbImage};

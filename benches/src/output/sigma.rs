@@ -7,7 +7,8 @@ pub const FULL_SIGMA: f64 = 5.0;
 /// A map is enlarged to about so many pixels along its longer side.
 const SIDE: usize = 512;
 
-/// A map in standard deviations as a picture: red where the first side has more light, blue where it has less, white at 0.
+/// A map in standard deviations as a picture: red where the first side has more light, blue where
+/// it has less, white at 0.
 pub fn sigma_picture(columns: usize, sigma: &[f64]) -> RgbImage {
     let columns = columns.max(1);
     let rows = sigma.len() / columns;

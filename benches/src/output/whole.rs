@@ -12,8 +12,8 @@ fn temporary(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))
 }
 
-/// Makes and removes a file beside `path`, in whose place nothing but a file may stand, and removes what killed processes have left of their
-/// writing to it.
+/// Makes and removes a file beside `path`, in whose place nothing but a file may stand, and removes
+/// what killed processes have left of their writing to it.
 pub(crate) fn probe(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
@@ -60,8 +60,9 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     a == b || place(a).is_some_and(|a| place(b) == Some(a))
 }
 
-/// Writes what `content` writes, and leaves no temporary file behind when that fails. After it returns, the file is on the disk
-/// under its name, whatever happens to the machine; before, whatever was there.
+/// Writes what `content` writes, and leaves no temporary file behind when that fails. After it
+/// returns, the file is on the disk under its name, whatever happens to the machine; before,
+/// whatever was there.
 pub(crate) fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -89,7 +90,8 @@ pub(crate) fn write_whole(
 fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match File::open(folder).and_then(|folder| folder.sync_all()) {
-        // A folder that may be written but not read, or a file system that can not flush one: the file itself is on the disk.
+        // A folder that may be written but not read, or a file system that can not flush one: the
+        // file itself is on the disk.
         Err(e)
             if matches!(
                 e.kind(),

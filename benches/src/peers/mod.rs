@@ -1,8 +1,9 @@
 //! Other renderers as integrators.
 //!
-//! An adapter is a program that reads requests, one JSON object a line, and answers each with one (docs/peers.md). It is started once for a
-//! scene, so that what it loads and compiles is paid for once and told apart from rendering; one that answers a single request and
-//! ends is started anew for the next.
+//! An adapter is a program that reads requests, one JSON object a line, and answers each with one
+//! (docs/peers.md). It is started once for a scene, so that what it loads and compiles is paid for
+//! once and told apart from rendering; one that answers a single request and ends is started anew
+//! for the next.
 //!
 //! | Spec | Renderer |
 //! | --- | --- |
@@ -179,10 +180,12 @@ impl Peer {
         self.families
     }
 
-    /// Renders one image. `watch` is asked now and then whether to stop, which ends the adapter and is an error like any other.
+    /// Renders one image. `watch` is asked now and then whether to stop, which ends the adapter and
+    /// is an error like any other.
     ///
     /// # Errors
-    /// Where the adapter fails, takes too long, writes an image of another size or one that is not finite, or tells of times that can not be.
+    /// Where the adapter fails, takes too long, writes an image of another size or one that is not
+    /// finite, or tells of times that can not be.
     pub fn render(
         &mut self,
         request: &Request,
@@ -224,7 +227,8 @@ fn patience(options: &[(&str, &str)]) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("{TIMEOUT}={text}: expected seconds over 0"))
 }
 
-/// Holds what an adapter tells of its render to what can be, with `elapsed` seconds from the request to the answer.
+/// Holds what an adapter tells of its render to what can be, with `elapsed` seconds from the
+/// request to the answer.
 fn check(cost: &Answer, elapsed: f64) -> Result<(), String> {
     let Answer { seconds, spp, .. } = *cost;
     if !(seconds > 0.0 && spp > 0.0) {

@@ -1,4 +1,5 @@
-//! The adapter's process: a line to its stdin, a line from its stdout, and limits on all that it may do in between.
+//! The adapter's process: a line to its stdin, a line from its stdout, and limits on all that it
+//! may do in between.
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -51,8 +52,8 @@ impl Process {
         Process { command, running: None, last_words: String::new() }
     }
 
-    /// Sends a request and waits for the answer, no longer than `limit` and until `watch` says to stop. An adapter that has not
-    /// answered by then is ended with all that it has started.
+    /// Sends a request and waits for the answer, no longer than `limit` and until `watch` says to
+    /// stop. An adapter that has not answered by then is ended with all that it has started.
     pub(super) fn ask<A: DeserializeOwned>(
         &mut self,
         request: &impl Serialize,

@@ -46,7 +46,8 @@ fn open(folder: &Path, script: &str, width: u32) -> Result<Peer, PeerError> {
     Peer::open("external", &[("command", &command), ("timeout", "30")], place(width))
 }
 
-/// Why the render of an adapter fails that answers a request to render by `line`, in this many seconds at the most.
+/// Why the render of an adapter fails that answers a request to render by `line`, in this many
+/// seconds at the most.
 fn failure(line: &str, timeout: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let copy = r#"cp IMAGE "$out""#;

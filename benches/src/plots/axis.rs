@@ -10,7 +10,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// The axis over values that are positive and finite, with a margin, from one place to another; `None` without any.
+    /// The axis over values that are positive and finite, with a margin, from one place to another;
+    /// `None` without any.
     pub(super) fn over(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
         let values: Vec<f64> = values.filter(|v| *v > 0.0 && v.is_finite()).collect();
         let low = values.iter().copied().reduce(f64::min)?;
@@ -26,7 +27,8 @@ impl Axis {
         self.from + share * (self.to - self.from)
     }
 
-    /// Places of ticks with their labels: 1, 2 and 5 times powers of ten as long as there is room, else the powers alone.
+    /// Places of ticks with their labels: 1, 2 and 5 times powers of ten as long as there is room,
+    /// else the powers alone.
     pub(super) fn ticks(&self, room: f64) -> Vec<(f64, String)> {
         let decades = (self.high / self.low).log10();
         let length = (self.to - self.from).abs() / decades;

@@ -52,7 +52,8 @@ pub(super) fn curve_plot(scene: &SceneResults, series: impl Fn(&str) -> usize) -
             ends.push((*px, *py, &method.integrator, ink));
         }
     }
-    // Names beside the plot, each at the height of its last point or as near to it as the others leave room.
+    // Names beside the plot, each at the height of its last point or as near to it as the others
+    // leave room.
     ends.sort_by(|a, b| a.1.total_cmp(&b.1));
     let room = STEP * ends.len().saturating_sub(1) as f64;
     let mut next = TOP;

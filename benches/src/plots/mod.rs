@@ -1,4 +1,5 @@
-//! Charts for papers, as SVG and PDF: ratios of efficiencies, and errors at one budget or over several.
+//! Charts for papers, as SVG and PDF: ratios of efficiencies, and errors at one budget or over
+//! several.
 //!
 //! | Part | Where |
 //! | --- | --- |

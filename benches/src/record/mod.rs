@@ -1,4 +1,5 @@
-//! The folder of an experiment: results.json, results.csv, experiment.toml and SCENE/INTEGRATOR/{mean.exr, mean.png, …}.
+//! The folder of an experiment: results.json, results.csv, experiment.toml and
+//! SCENE/INTEGRATOR/{mean.exr, mean.png, …}.
 
 mod pictures;
 
@@ -93,14 +94,16 @@ pub struct Pictures<'a> {
     pub plan: &'a Plan,
     /// Its renders.
     pub store: &'a Store,
-    /// What radiance is multiplied by; that of the reference unless given, or of the first integrator.
+    /// What radiance is multiplied by; that of the reference unless given, or of the first
+    /// integrator.
     pub exposure: Option<f64>,
     /// Asked between pictures.
     pub stop: fn() -> bool,
 }
 
 impl Pictures<'_> {
-    /// Draws those of one scene and puts their names into the results. All share one exposure, which is the answer.
+    /// Draws those of one scene and puts their names into the results. All share one exposure,
+    /// which is the answer.
     ///
     /// # Errors
     /// With the system's reason.
@@ -237,7 +240,8 @@ impl Easel<'_> {
         Ok((frames, errors))
     }
 
-    /// Pictures that need layers which a measured render does not keep, from a render of their own as long as a replicate.
+    /// Pictures that need layers which a measured render does not keep, from a render of their own
+    /// as long as a replicate.
     fn portrait(
         &self,
         integrator: &dyn pathspace_core::integrator::Integrator,

@@ -31,7 +31,8 @@ const LEVELS: [Level; 6] = [
 struct Level {
     /// Blocks of this many pixels a side become one.
     factor: usize,
-    /// Largest side of a frame and quality of its JPEG; PNG files as they are where there is none. Sheets may be six times as large.
+    /// Largest side of a frame and quality of its JPEG; PNG files as they are where there is none.
+    /// Sheets may be six times as large.
     frame: Option<(u32, u8)>,
 }
 

@@ -1,4 +1,5 @@
-//! The report: one HTML file for people who would rather look than read. docs/report.md says how to read it.
+//! The report: one HTML file for people who would rather look than read. docs/report.md says how to
+//! read it.
 //!
 //! | Part | Where |
 //! | --- | --- |
@@ -6,8 +7,8 @@
 //! | tables, which stand without scripts | `tables`, `assets/report.html` |
 //! | curves, image comparison, animation | `assets/*.js` on uPlot (MIT, `assets/uplot`) |
 //!
-//! The page asks nothing of a network, and a content security policy sees to that. Its look is that of
-//! [`pathspace_validation::page`].
+//! The page asks nothing of a network, and a content security policy sees to that. Its look is that
+//! of [`pathspace_validation::page`].
 
 mod images;
 mod radiance;
@@ -56,7 +57,8 @@ pub enum ReportError {
     },
 }
 
-/// Writes the report of `results`, whose images are in `folder`, to the file `path`, which appears whole or not at all.
+/// Writes the report of `results`, whose images are in `folder`, to the file `path`, which appears
+/// whole or not at all.
 ///
 /// Images that are missing are named on the page.
 ///

@@ -1,8 +1,9 @@
 //! Radiance for the page: half floats with 7 bits of mantissa, compressed without further loss.
 //!
-//! A step is at most 2⁻⁷ of the value and the rounding half of it, less than half a code of 8-bit sRGB at every exposure. The
-//! codes are monotonic in the value, so that a neighbourhood of noise is a neighbourhood of numbers: each is predicted by
-//! the mean of its left and upper neighbour, red and blue also by the error made on green, and deflate packs what remains.
+//! A step is at most 2⁻⁷ of the value and the rounding half of it, less than half a code of 8-bit
+//! sRGB at every exposure. The codes are monotonic in the value, so that a neighbourhood of noise
+//! is a neighbourhood of numbers: each is predicted by the mean of its left and upper neighbour,
+//! red and blue also by the error made on green, and deflate packs what remains.
 
 use std::io::{self, Write};
 
@@ -21,7 +22,8 @@ const NOT_A_NUMBER: i32 = 0x7fff >> DROPPED;
 
 /// Packs planes of `width` columns into base64 text.
 ///
-/// Three planes are red, green and blue; other counts are independent of each other. The page's `unpack` is the inverse.
+/// Three planes are red, green and blue; other counts are independent of each other. The page's
+/// `unpack` is the inverse.
 ///
 /// # Errors
 /// None in practice: the stream is in memory.

@@ -1,4 +1,5 @@
-//! What the page says without scripts: the table of efficiencies, the matrix of verdicts, the geometric means.
+//! What the page says without scripts: the table of efficiencies, the matrix of verdicts, the
+//! geometric means.
 
 use serde::Serialize;
 

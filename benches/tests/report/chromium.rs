@@ -1,4 +1,5 @@
-//! As much of the DevTools protocol as the tests need: <https://chromedevtools.github.io/devtools-protocol>.
+//! As much of the DevTools protocol as the tests need:
+//! <https://chromedevtools.github.io/devtools-protocol>.
 
 use std::cell::RefCell;
 use std::io::{BufRead, BufReader};
@@ -93,7 +94,8 @@ impl Chromium {
         }
     }
 
-    /// What should not have happened so far: errors, messages on the console, requests over a network.
+    /// What should not have happened so far: errors, messages on the console, requests over a
+    /// network.
     pub fn complaints(&self) -> Vec<String> {
         self.connection.borrow().complaints.clone()
     }

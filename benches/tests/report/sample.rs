@@ -18,7 +18,8 @@ pub const WIDTH: u32 = 96;
 pub const HEIGHT: u32 = 72;
 const BUDGETS: u32 = 6;
 
-/// Scenes with these names, rendered by `integrators`, of which the first is the baseline. Writes images to `folder`.
+/// Scenes with these names, rendered by `integrators`, of which the first is the baseline. Writes
+/// images to `folder`.
 pub fn sample(folder: &Path, scenes: &[&str], integrators: &[&str]) -> Results {
     let scenes: Vec<SceneResults> =
         scenes.iter().enumerate().map(|(i, name)| scene(folder, i, name, integrators)).collect();

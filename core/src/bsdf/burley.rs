@@ -1,5 +1,6 @@
-//! What the principled models share (Burley 2012, "Physically-Based Shading at Disney"; 2015, "Extending the Disney BRDF to a BSDF with Integrated
-//! Subsurface Scattering"), with the meaning that the parameters have in Mitsuba 3.
+//! What the principled models share (Burley 2012, "Physically-Based Shading at Disney"; 2015,
+//! "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering"), with the meaning
+//! that the parameters have in Mitsuba 3.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -32,8 +33,9 @@ pub(super) fn schlick_weight(cos: f32) -> f32 {
     (m * m) * (m * m) * m
 }
 
-/// Schlick's Fresnel term from r0 to 1 for the cosine `cos` on the side of the facet whose index is η⁻¹ of the other, or η of it where `cos` < 0: towards the
-/// thinner side the cosine of refraction counts.
+/// Schlick's Fresnel term from r0 to 1 for the cosine `cos` on the side of the facet whose index is
+/// η⁻¹ of the other, or η of it where `cos` < 0: towards the thinner side the cosine of refraction
+/// counts.
 #[inline]
 pub(super) fn schlick(r0: Rgb, cos: f32, eta: f32) -> Rgb {
     let eta = if cos >= 0.0 { eta } else { 1.0 / eta };
@@ -59,7 +61,8 @@ pub(super) fn tinted(f: f32, r0: Rgb, cos: f32, eta: f32, share: f32) -> Rgb {
     if share > 0.0 { mix(Rgb::grey(f), schlick(r0, cos, eta), share) } else { Rgb::grey(f) }
 }
 
-/// Roughness α along both axes: at least 0.001, the square of `roughness` stretched by √(1 − 0.9 anisotropic).
+/// Roughness α along both axes: at least 0.001, the square of `roughness` stretched by √(1 − 0.9
+/// anisotropic).
 #[inline]
 pub(super) fn alphas(roughness: f32, anisotropic: f32) -> [f32; 2] {
     let square = roughness * roughness;
@@ -67,7 +70,8 @@ pub(super) fn alphas(roughness: f32, anisotropic: f32) -> [f32; 2] {
     [(square / aspect).clamp(0.001, 1e4), (square * aspect).max(0.001)]
 }
 
-/// Diffuse and retro-reflection over ρ/π, flattened towards a subsurface look; `cos_d` is the cosine between half vector and direction.
+/// Diffuse and retro-reflection over ρ/π, flattened towards a subsurface look; `cos_d` is the
+/// cosine between half vector and direction.
 #[inline]
 pub(super) fn base(roughness: f32, flatness: f32, cos_o: f32, cos_i: f32, cos_d: f32) -> f32 {
     let (fo, fi) = (schlick_weight(cos_o), schlick_weight(cos_i));

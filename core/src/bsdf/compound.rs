@@ -35,7 +35,8 @@ impl Compound {
     /// Builds the model that `kind` describes.
     ///
     /// # Errors
-    /// [`BsdfError`] where a parameter is out of range, and for the models that are kept without a box.
+    /// [`BsdfError`] where a parameter is out of range, and for the models that are kept without a
+    /// box.
     pub fn new(kind: &MaterialKind) -> Result<Self, BsdfError> {
         Ok(match kind {
             MaterialKind::RoughDielectric {

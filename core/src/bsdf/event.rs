@@ -15,8 +15,8 @@ impl Component {
 /// What a path does at an inner vertex. "Specular" is said of such an event, never of a material:
 /// one side of a surface may have components of both kinds.
 ///
-/// Non-specular components are not told apart: f̄ and every density are sums over them. Specular components are:
-/// each is a part of path space of its own.
+/// Non-specular components are not told apart: f̄ and every density are sums over them. Specular
+/// components are: each is a part of path space of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Event {
     /// A direction with a density. Connections end here.

@@ -13,7 +13,8 @@ pub(super) struct Half {
     pub exact: DVec3,
     /// True where both directions lie on one side.
     pub reflects: bool,
-    /// Index on the side of `wi` over the index on the side of `wo` for refraction: of the other side over that of `wo`.
+    /// Index on the side of `wi` over the index on the side of `wo` for refraction: of the other
+    /// side over that of `wo`.
     pub eta: f32,
     /// ω_o·m, with the sign of ω_o.z.
     pub dot_o: f32,
@@ -26,8 +27,9 @@ pub(super) struct Half {
 }
 
 impl Half {
-    /// m ∝ ω_o + ω_i for reflection, ω_o + η ω_i for refraction (Walter et al. 2007, eqs. 13 and 16). `eta` is the index behind over the
-    /// index in front. `None` in the tangent plane and where a direction sees the facet from its other side.
+    /// m ∝ ω_o + ω_i for reflection, ω_o + η ω_i for refraction (Walter et al. 2007, eqs. 13 and
+    /// 16). `eta` is the index behind over the index in front. `None` in the tangent plane and
+    /// where a direction sees the facet from its other side.
     #[inline]
     pub fn of(wo: Vec3, wi: Vec3, eta: f32) -> Option<Half> {
         let side = wo.z * wi.z;
@@ -87,7 +89,8 @@ impl Half {
     }
 }
 
-/// The direction refracted at a facet with normal `m`; `None` in total reflection. `eta` is the index on the far side over that of `wo`.
+/// The direction refracted at a facet with normal `m`; `None` in total reflection. `eta` is the
+/// index on the far side over that of `wo`.
 #[inline]
 pub(super) fn refract(wo: Vec3, m: Vec3, eta: f32) -> Option<Vec3> {
     let (o, m) = (wo.as_dvec3(), m.as_dvec3());
@@ -101,7 +104,8 @@ pub(super) fn refract(wo: Vec3, m: Vec3, eta: f32) -> Option<Vec3> {
     Some((m * along - o / eta).normalize().as_vec3())
 }
 
-/// A direction turned to the side of the normal through the point: the same for every facet distribution, which is even.
+/// A direction turned to the side of the normal through the point: the same for every facet
+/// distribution, which is even.
 #[inline]
 pub(super) fn upper(w: Vec3) -> Vec3 {
     if w.z < 0.0 { -w } else { w }

@@ -27,7 +27,8 @@ pub(super) fn within(u: f32, low: f32, share: f32) -> f32 {
     ((u - low) / share).clamp(0.0, 1.0 - f32::EPSILON / 2.0)
 }
 
-/// A lobe by its part of the density, and a number that makes [`pick`] take it. `None` where all are 0.
+/// A lobe by its part of the density, and a number that makes [`pick`] take it. `None` where all
+/// are 0.
 pub(super) fn invert<const N: usize, U: PrimarySample>(
     shares: &[f32; N],
     densities: &[f32; N],

@@ -1,8 +1,10 @@
-//! The models of the last hits on textured surfaces, so that what a path asks of a vertex again looks nothing up twice.
+//! The models of the last hits on textured surfaces, so that what a path asks of a vertex again
+//! looks nothing up twice.
 //!
-//! A model at a point is a function of the scene, the primitive and the position. A path asks for it several times: to sample, for each
-//! connection, for the densities of the opposite walk, for weights. Each thread keeps those of its last hits by that key. Surface
-//! points stay small and can be copied, and a surface without textures never comes here.
+//! A model at a point is a function of the scene, the primitive and the position. A path asks for
+//! it several times: to sample, for each connection, for the densities of the opposite walk, for
+//! weights. Each thread keeps those of its last hits by that key. Surface points stay small and can
+//! be copied, and a surface without textures never comes here.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -10,7 +10,8 @@ use crate::description::{MaterialKind, Parameter};
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::random::PrimarySample;
 
-/// f = Σ w_i f_i; a model is taken with probability w_i/Σ w_j. The specular components of each model are components of their own.
+/// f = Σ w_i f_i; a model is taken with probability w_i/Σ w_j. The specular components of each
+/// model are components of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixture {
     parts: Vec<Part>,

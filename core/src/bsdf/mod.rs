@@ -2,8 +2,8 @@
 //!
 //! Directions are unit vectors that point away from the surface. `wo` is the known direction, the
 //! one a walk comes from; `wi` is the other, sampled one. [`TransportMode`] says which of them
-//! leads to the sensor. Values are BSDFs f without cosine, in 1/sr; the adjoint factor of shading normals is
-//! not part of them (it belongs to the path, which knows both normals).
+//! leads to the sensor. Values are BSDFs f without cosine, in 1/sr; the adjoint factor of shading
+//! normals is not part of them (it belongs to the path, which knows both normals).
 //!
 //! Models and parameters mean what they mean in Mitsuba 3, so that one file renders the same.
 //!
@@ -25,9 +25,10 @@
 //! | [`Relief`] | a model about another normal | that of the model |
 //! | [`Sides`] | a model for each side | that of the model |
 //!
-//! A model has components, specular and not, several of them on one side. A specular component has a coefficient c: it scatters
-//! c·L(ω_i), so that c stands where f·|cos θ_i| dσ stands for the others, and its probability is a [`Mass`].
-//! Which of them a path takes at a vertex is its [`Event`].
+//! A model has components, specular and not, several of them on one side. A specular component has
+//! a coefficient c: it scatters c·L(ω_i), so that c stands where f·|cos θ_i| dσ stands for the
+//! others, and its probability is a [`Mass`]. Which of them a path takes at a vertex is its
+//! [`Event`].
 
 mod beckmann;
 mod burley;
@@ -234,7 +235,8 @@ impl Bsdf {
         }
     }
 
-    /// True where the law of a specular component refers to n_s: its half vector is normal to the surface.
+    /// True where the law of a specular component refers to n_s: its half vector is normal to the
+    /// surface.
     pub fn follows_normal(&self, component: Component) -> bool {
         match self {
             Bsdf::Compound(model) => model.follows_normal(component),
@@ -261,8 +263,8 @@ impl Bsdf {
         }
     }
 
-    /// Refractive index on the side of `w` over the index on the side of the normal, for the model that a specular component belongs
-    /// to; 1 where the surface is no boundary between media.
+    /// Refractive index on the side of `w` over the index on the side of the normal, for the model
+    /// that a specular component belongs to; 1 where the surface is no boundary between media.
     #[inline]
     pub fn relative_ior(&self, w: Vec3, component: Component) -> f32 {
         match self {
@@ -272,7 +274,8 @@ impl Bsdf {
         }
     }
 
-    /// What makes a density of the probability of a specular component: m n²|ω·n_c|, relative to the common delta function.
+    /// What makes a density of the probability of a specular component: m n²|ω·n_c|, relative to
+    /// the common delta function.
     #[inline]
     pub fn specular_law(&self, w: Vec3, component: Component) -> SpecularLaw {
         match self {
@@ -304,8 +307,9 @@ impl Bsdf {
         }
     }
 
-    /// f(ω_o, ω_i) in 1/sr, without cosine, of the non-specular components. f is that of light which comes from the side that
-    /// leads to the emitter: `eval(c, l, Radiance)` and `eval(l, c, Importance)` are one value, [`Bsdf::is_reciprocal`] or not.
+    /// f(ω_o, ω_i) in 1/sr, without cosine, of the non-specular components. f is that of light
+    /// which comes from the side that leads to the emitter: `eval(c, l, Radiance)` and `eval(l, c,
+    /// Importance)` are one value, [`Bsdf::is_reciprocal`] or not.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         match (self.facing(wo), self) {
@@ -315,7 +319,8 @@ impl Bsdf {
         }
     }
 
-    /// Density with which [`Bsdf::sample`] takes `wi` by a non-specular component; its integral is the probability of those.
+    /// Density with which [`Bsdf::sample`] takes `wi` by a non-specular component; its integral is
+    /// the probability of those.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
         match (self.facing(wo), self) {
@@ -325,9 +330,9 @@ impl Bsdf {
         }
     }
 
-    /// Samples a direction: `u_lobe` in \[0, 1) chooses the component, `u` in \[0, 1)² the direction in it.
-    /// `None` where nothing is scattered (behind an opaque model) or the sampled direction falls
-    /// below the surface; such samples count, with value 0.
+    /// Samples a direction: `u_lobe` in \[0, 1) chooses the component, `u` in \[0, 1)² the
+    /// direction in it. `None` where nothing is scattered (behind an opaque model) or the sampled
+    /// direction falls below the surface; such samples count, with value 0.
     #[inline]
     pub fn sample(
         &self,
@@ -355,9 +360,11 @@ impl Bsdf {
         }
     }
 
-    /// Numbers (`u_lobe`, `u`) by which [`Bsdf::sample`] takes `wo` to `wi` by `event`: a probabilistic inverse (Bitterli et al. 2017, §4).
-    /// Those that the outcome does not depend on are drawn from `free`, the number of a choice uniformly from all that make it, and
-    /// which of several non-specular components it was by their share of the density. `None` where no numbers do.
+    /// Numbers (`u_lobe`, `u`) by which [`Bsdf::sample`] takes `wo` to `wi` by `event`: a
+    /// probabilistic inverse (Bitterli et al. 2017, §4). Those that the outcome does not depend on
+    /// are drawn from `free`, the number of a choice uniformly from all that make it, and which of
+    /// several non-specular components it was by their share of the density. `None` where no
+    /// numbers do.
     ///
     /// Where a specular component leads is not checked.
     pub fn invert<U: PrimarySample>(
@@ -384,8 +391,8 @@ impl Bsdf {
         }
     }
 
-    /// Where a specular component leads from `wo`, its coefficient and its probability; `None` where it leads nowhere (total reflection, a
-    /// side without it).
+    /// Where a specular component leads from `wo`, its coefficient and its probability; `None`
+    /// where it leads nowhere (total reflection, a side without it).
     pub fn specular(
         &self,
         wo: Vec3,

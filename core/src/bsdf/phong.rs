@@ -12,7 +12,8 @@ use crate::math::{Frame, warp};
 use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
-/// f = ρ_d/π + ρ_s (n + 2)/(2π) max(0, ω_i·r)ⁿ with r the mirror direction of ω_o (Lafortune and Willems 1994); black behind.
+/// f = ρ_d/π + ρ_s (n + 2)/(2π) max(0, ω_i·r)ⁿ with r the mirror direction of ω_o (Lafortune and
+/// Willems 1994); black behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
     exponent: f32,

@@ -13,14 +13,16 @@ use crate::math::warp;
 use crate::measure::{Density, Mass, SolidAngle};
 use crate::random::coordinate_between;
 
-/// Mirror reflection F(ω_o) at the coat, and what passes it, scatters in the base and comes out again after any number of
-/// reflections inside:
+/// Mirror reflection F(ω_o) at the coat, and what passes it, scatters in the base and comes out
+/// again after any number of reflections inside:
 ///
-/// f = (ρ/π) (1 − F(ω_o)) (1 − F(ω_i)) / (η² (1 − ρ' F_int)), ρ' = ρ if `nonlinear` (colours shift), else 1,
+/// f = (ρ/π) (1 − F(ω_o)) (1 − F(ω_i)) / (η² (1 − ρ' F_int)), ρ' = ρ if `nonlinear` (colours
+/// shift), else 1,
 ///
-/// with F_int the mean internal reflectance of the coat (Mitsuba's `plastic`; Shirley et al. 1997). Black behind. One side has a specular and a
-/// non-specular component; the first is taken with probability F w / (F w + (1 − F)(1 − w)), w the share of the
-/// specular reflectance in the sum of both.
+/// with F_int the mean internal reflectance of the coat (Mitsuba's `plastic`; Shirley et al. 1997).
+/// Black behind. One side has a specular and a non-specular component; the first is taken with
+/// probability F w / (F w + (1 − F)(1 − w)), w the share of the specular reflectance in the sum of
+/// both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     eta: f64,
@@ -39,7 +41,8 @@ impl Plastic {
     /// A coat of index `int_ior` under a medium of index `ext_ior`, over a base of reflectance ρ.
     ///
     /// # Errors
-    /// Where an index is not finite and positive, ρ not in \[0, 1\] or the factor not finite or negative.
+    /// Where an index is not finite and positive, ρ not in \[0, 1\] or the factor not finite or
+    /// negative.
     pub fn new(
         int_ior: f32,
         ext_ior: f32,
@@ -169,7 +172,8 @@ impl Plastic {
         })
     }
 
-    /// A number that makes [`Plastic::sample`] take the component of `event`, by the uniform number `u`.
+    /// A number that makes [`Plastic::sample`] take the component of `event`, by the uniform number
+    /// `u`.
     pub(super) fn invert_lobe(&self, wo: Vec3, event: Event, u: f32) -> Option<f32> {
         let mass = self.specular_mass(self.fresnel(wo.z));
         match event {
@@ -180,8 +184,8 @@ impl Plastic {
     }
 }
 
-/// Mean reflectance of a smooth boundary of relative index η for diffuse light: the fits that Mitsuba takes, of Egan and Hilgeman 1973 for η < 1 and
-/// d'Eon and Irving 2011 (appendix A) else.
+/// Mean reflectance of a smooth boundary of relative index η for diffuse light: the fits that
+/// Mitsuba takes, of Egan and Hilgeman 1973 for η < 1 and d'Eon and Irving 2011 (appendix A) else.
 fn diffuse_fresnel(eta: f64) -> f64 {
     let inverse = 1.0 / eta;
     if eta < 1.0 {

@@ -14,9 +14,10 @@ use crate::math::warp;
 use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
-/// Diffuse reflection and transmission with sheen, specular reflection, and specular transmission with a roughness that follows the index
-/// ([`super::burley`]), as Mitsuba's `principledthin`. The same from both sides. Specular transmission asks whether the light lies behind its facet,
-/// and not whether the sensor does: it is not reciprocal.
+/// Diffuse reflection and transmission with sheen, specular reflection, and specular transmission
+/// with a roughness that follows the index ([`super::burley`]), as Mitsuba's `principledthin`. The
+/// same from both sides. Specular transmission asks whether the light lies behind its facet, and
+/// not whether the sensor does: it is not reciprocal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledThin {
     kind: PrincipledThinKind,
@@ -27,7 +28,8 @@ pub struct PrincipledThin {
 /// Specular reflection, specular transmission, diffuse reflection, diffuse transmission.
 const LOBES: usize = 4;
 
-/// A pair of directions turned so that the known one lies in front, and the half vector of both in front.
+/// A pair of directions turned so that the known one lies in front, and the half vector of both in
+/// front.
 struct Folded {
     wo: Vec3,
     /// The other one, and its mirror image in front.
@@ -142,7 +144,8 @@ impl PrincipledThin {
         (length > 0.0).then(|| Folded { wo, wi, front, half: sum / length, cos: 0.5 * length })
     }
 
-    /// True where the direction towards the light lies behind the facet of specular transmission, whose half vector is that of mirrored directions.
+    /// True where the direction towards the light lies behind the facet of specular transmission,
+    /// whose half vector is that of mirrored directions.
     #[inline]
     fn passes(p: &Folded, mode: TransportMode) -> bool {
         match mode {

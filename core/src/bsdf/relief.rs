@@ -14,14 +14,17 @@ use crate::random::PrimarySample;
 
 /// A model f_p in the frame of a normal n_p, seen from the frame of n_s:
 ///
-/// f = f_p |ω_l·n_p|/|ω_l·n_s| S(ω_l), ω_l towards the light, where ω_l lies on the same side of both normals, else 0.
+/// f = f_p |ω_l·n_p|/|ω_l·n_s| S(ω_l), ω_l towards the light, where ω_l lies on the same side of
+/// both normals, else 0.
 ///
-/// S is the shadowing function of Estevez et al. 2019 ("A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"). Where the direction
-/// ω_c towards the sensor lies on different sides of n_p and n_s, n_p is turned half round n_s, so that what is seen faces the viewer. Both as in Mitsuba 3.
-/// The roles of light and sensor differ: not reciprocal.
+/// S is the shadowing function of Estevez et al. 2019 ("A Microfacet-Based Shadowing Function to
+/// Solve the Bump Terminator Problem"). Where the direction ω_c towards the sensor lies on
+/// different sides of n_p and n_s, n_p is turned half round n_s, so that what is seen faces the
+/// viewer. Both as in Mitsuba 3. The roles of light and sensor differ: not reciprocal.
 ///
-/// Walks take the normal that their known direction asks for, and with a small probability the other one, because the walk from a light does not know ω_c yet.
-/// Specular components about the turned normal are components of their own.
+/// Walks take the normal that their known direction asks for, and with a small probability the
+/// other one, because the walk from a light does not know ω_c yet. Specular components about the
+/// turned normal are components of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
     model: Bsdf,
@@ -207,7 +210,8 @@ impl Relief {
             TransportMode::Importance => (wi, wo, wo_p),
         };
         let lit = self.facing(c) == which;
-        // The factor has |ω_l·n_p|/|ω_l·n_s| in it: of a coefficient, that is the path's own affair, but for the walk from a light.
+        // The factor has |ω_l·n_p|/|ω_l·n_s| in it: of a coefficient, that is the path's own
+        // affair, but for the walk from a light.
         let factor = self.factor(l, l_p);
         let factor = match mode {
             _ if !lit || factor == 0.0 => 0.0,

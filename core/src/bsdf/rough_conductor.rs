@@ -43,8 +43,8 @@ impl RoughConductor {
     /// A conductor of index η + ik, a factor on its reflection, and roughness α along x and y.
     ///
     /// # Errors
-    /// Where a value is not finite, negative, η = k = 0 in a channel, or α is 0 or over 10⁶. An α below
-    /// [`super::microfacet::MIN_ALPHA`] counts as that.
+    /// Where a value is not finite, negative, η = k = 0 in a channel, or α is 0 or over 10⁶. An α
+    /// below [`super::microfacet::MIN_ALPHA`] counts as that.
     pub fn new(
         distribution: MicrofacetKind,
         alpha: [f32; 2],

@@ -11,10 +11,12 @@ use crate::description::{MicrofacetKind, Parameter};
 use crate::measure::{Density, SolidAngle};
 use crate::random::{PrimarySample, coordinate_between};
 
-/// Microfacet reflection and refraction (Walter et al. 2007, eqs. 20 and 21); the normal points to the side of `ext_ior`.
+/// Microfacet reflection and refraction (Walter et al. 2007, eqs. 20 and 21); the normal points to
+/// the side of `ext_ior`.
 ///
-/// f_r = F D G/(4 |cos θ_o cos θ_i|), f_t = (1 − F) D G |ω_o·m ω_i·m| / (|cos θ_o cos θ_i| (ω_o·m + η ω_i·m)²) for radiance, with η the index on
-/// the side of ω_i over that on the side of ω_o; η² times that for importance. A facet reflects with probability F. Not reciprocal.
+/// f_r = F D G/(4 |cos θ_o cos θ_i|), f_t = (1 − F) D G |ω_o·m ω_i·m| / (|cos θ_o cos θ_i| (ω_o·m +
+/// η ω_i·m)²) for radiance, with η the index on the side of ω_i over that on the side of ω_o; η²
+/// times that for importance. A facet reflects with probability F. Not reciprocal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     /// n_int/n_ext.
@@ -37,7 +39,8 @@ impl RoughDielectric {
     /// A boundary with the indices behind and in front of the normal, and factors on its two lobes.
     ///
     /// # Errors
-    /// Where an index is not finite and positive, both are equal, a factor is negative or α not positive.
+    /// Where an index is not finite and positive, both are equal, a factor is negative or α not
+    /// positive.
     pub fn new(
         distribution: MicrofacetKind,
         alpha: [f32; 2],

@@ -11,8 +11,8 @@ use crate::description::Parameter;
 use crate::math::warp;
 use crate::measure::{Density, SolidAngle};
 
-/// The model of Oren and Nayar 1994 (eq. 30, or in its short form), black behind. σ = α/√2 is the standard deviation of the facets' slopes, as Mitsuba
-/// 0.6 takes it for its `roughdiffuse`.
+/// The model of Oren and Nayar 1994 (eq. 30, or in its short form), black behind. σ = α/√2 is the
+/// standard deviation of the facets' slopes, as Mitsuba 0.6 takes it for its `roughdiffuse`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDiffuse {
     reflectance: Rgb,

@@ -19,10 +19,12 @@ use crate::random::PrimarySample;
 
 /// Microfacet reflection at the coat, and what passes it, scatters in the base and comes out again:
 ///
-/// f = F D G/(4 cos θ_o cos θ_i) + (ρ/π) T(ω_o) T(ω_i) / (η² (1 − ρ' R)), ρ' = ρ if `nonlinear`, else 1,
+/// f = F D G/(4 cos θ_o cos θ_i) + (ρ/π) T(ω_o) T(ω_i) / (η² (1 − ρ' R)), ρ' = ρ if `nonlinear`,
+/// else 1,
 ///
-/// with T the transmittance of the rough coat from outside and R its mean reflectance from inside (Mitsuba's `roughplastic`). Black behind. The
-/// coat is sampled with probability (1 − T) w/((1 − T) w + T (1 − w)), w the share of the specular reflectance.
+/// with T the transmittance of the rough coat from outside and R its mean reflectance from inside
+/// (Mitsuba's `roughplastic`). Black behind. The coat is sampled with probability (1 − T) w/((1 −
+/// T) w + T (1 − w)), w the share of the specular reflectance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoughPlastic {
     eta: f32,
@@ -37,7 +39,8 @@ pub struct RoughPlastic {
 }
 
 impl RoughPlastic {
-    /// A coat of index `indices[0]` and roughness `alpha` under a medium of index `indices[1]`, over a base of reflectance ρ.
+    /// A coat of index `indices[0]` and roughness `alpha` under a medium of index `indices[1]`,
+    /// over a base of reflectance ρ.
     ///
     /// # Errors
     /// Where an index is not positive, ρ not in \[0, 1\], α not positive or the factor negative.

@@ -8,7 +8,8 @@ use crate::description::MaterialKind;
 use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
-/// Two models of which none lets light pass; the back one sees the frame mirrored (z → −z). [`Bsdf::TwoSided`] is the same for the simple ones.
+/// Two models of which none lets light pass; the back one sees the frame mirrored (z → −z).
+/// [`Bsdf::TwoSided`] is the same for the simple ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sides {
     /// Seen from the side of the normal, and from behind.

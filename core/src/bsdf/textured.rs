@@ -87,8 +87,8 @@ impl Textures {
             || self.parts.iter().any(Textures::need_tangent)
     }
 
-    /// The model with the parameters that it has at a point. Colours outside 0 to 1 are cut: no surface reflects more than it
-    /// receives.
+    /// The model with the parameters that it has at a point. Colours outside 0 to 1 are cut: no
+    /// surface reflects more than it receives.
     pub(crate) fn resolve(&self, model: &Bsdf, here: &Here<'_>) -> Bsdf {
         let mut model = model.clone();
         self.apply(&mut model, here);

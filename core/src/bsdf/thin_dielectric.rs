@@ -12,7 +12,8 @@ use crate::description::Parameter;
 use crate::measure::Mass;
 use crate::random::coordinate_between;
 
-/// Two parallel smooth boundaries with all reflections between them: R = 2F/(1 + F) is mirrored and 1 − R goes straight on, from either side.
+/// Two parallel smooth boundaries with all reflections between them: R = 2F/(1 + F) is mirrored and
+/// 1 − R goes straight on, from either side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
     eta: f32,

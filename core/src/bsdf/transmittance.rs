@@ -15,8 +15,8 @@ const ANGLES: usize = 64;
 /// Nodes of the quadrature along both numbers of a facet.
 const NODES: usize = 32;
 
-/// Transmittance T(cos θ) from outside, and the mean reflectance R = 2∫ R(μ) μ dμ for light from inside: tables of 64 cosines as Mitsuba has them,
-/// with its separable shadowing.
+/// Transmittance T(cos θ) from outside, and the mean reflectance R = 2∫ R(μ) μ dμ for light from
+/// inside: tables of 64 cosines as Mitsuba has them, with its separable shadowing.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Transmittance {
     outside: [f32; ANGLES],

@@ -51,7 +51,8 @@ pub enum MaterialKind {
         alpha_u: f32,
         /// Roughness along ∂p/∂v.
         alpha_v: f32,
-        /// Samples the distribution of visible normals (Heitz 2014, 2018) if true, all normals otherwise.
+        /// Samples the distribution of visible normals (Heitz 2014, 2018) if true, all normals
+        /// otherwise.
         sample_visible: bool,
         /// Real part of the refractive index relative to the outside.
         eta: Rgb,
@@ -157,7 +158,8 @@ pub enum MaterialKind {
     Principled(Box<PrincipledKind>),
     /// Burley's principled model of thin sheets.
     PrincipledThin(Box<PrincipledThinKind>),
-    /// A weighted sum of models. Of two whose weights are 1 − w and w, w may be a texture ([`Parameter::Weight`]).
+    /// A weighted sum of models. Of two whose weights are 1 − w and w, w may be a texture
+    /// ([`Parameter::Weight`]).
     Mixture {
         /// Weights ≥ 0, their sum at most 1, and the models.
         models: Vec<(f32, MaterialKind)>,
@@ -194,7 +196,8 @@ pub enum MaterialKind {
         /// Which parameters vary, and how.
         textures: Vec<(Parameter, Arc<Texture>)>,
     },
-    /// Index-matched boundary: rays go straight through. Also a perfect absorber is `Diffuse` with ρ = 0.
+    /// Index-matched boundary: rays go straight through. Also a perfect absorber is `Diffuse` with
+    /// ρ = 0.
     Null,
 }
 
@@ -245,7 +248,8 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// True for colours; the others are single numbers, and a texture of colours stands for its luminance there.
+    /// True for colours; the others are single numbers, and a texture of colours stands for its
+    /// luminance there.
     pub fn is_colour(self) -> bool {
         matches!(
             self,
@@ -283,7 +287,8 @@ pub enum WardVariant {
     Balanced,
 }
 
-/// Parameters of the principled model (Burley 2012 and 2015), with the meaning that they have in Mitsuba 3.
+/// Parameters of the principled model (Burley 2012 and 2015), with the meaning that they have in
+/// Mitsuba 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledKind {
     /// Colour of base, metal, and (its root) of transmission.
@@ -357,7 +362,8 @@ pub struct PrincipledThinKind {
     pub flatness: f32,
     /// Diffuse transmission, 0 to 2: at 2 nothing is reflected diffusely.
     pub diff_trans: f32,
-    /// Rates at which specular reflection, specular transmission, diffuse transmission and diffuse reflection are sampled.
+    /// Rates at which specular reflection, specular transmission, diffuse transmission and diffuse
+    /// reflection are sampled.
     pub rates: [f32; 4],
 }
 

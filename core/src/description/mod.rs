@@ -34,8 +34,8 @@ pub struct SceneDescription {
 
 /// Participating media and the surfaces that bound them.
 ///
-/// A surface that bounds no medium has the same one on both sides. In a scene with media, surfaces of [`MaterialKind::Null`] are no vertices of
-/// paths: edges go through them.
+/// A surface that bounds no medium has the same one on both sides. In a scene with media, surfaces
+/// of [`MaterialKind::Null`] are no vertices of paths: edges go through them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MediaDescription {
     /// The media, referred to by index.
@@ -122,9 +122,9 @@ pub struct ShapeDescription {
 
 /// A surface in its own space.
 ///
-/// Where `to_world` mirrors (negative determinant): the analytic shapes keep their side, their normal
-/// is transformed by the inverse transpose; a mesh takes the side from which the *transformed* triangle
-/// is counter-clockwise. A reader whose format means something else sets
+/// Where `to_world` mirrors (negative determinant): the analytic shapes keep their side, their
+/// normal is transformed by the inverse transpose; a mesh takes the side from which the
+/// *transformed* triangle is counter-clockwise. A reader whose format means something else sets
 /// [`ShapeDescription::flip_normals`] or reverses triangles.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -146,8 +146,8 @@ pub enum ShapeGeometry {
     },
     /// The unit disk at z = 0, normal +z, ∂p/∂u radial.
     Disk,
-    /// The side of a right circular cylinder, open at both ends, with outward normals; ∂p/∂u round the axis. `to_world` may
-    /// stretch it along its axis, but must keep it right and circular.
+    /// The side of a right circular cylinder, open at both ends, with outward normals; ∂p/∂u round
+    /// the axis. `to_world` may stretch it along its axis, but must keep it right and circular.
     Cylinder {
         /// Centre of one end.
         p0: DVec3,
@@ -185,14 +185,16 @@ pub enum EmitterDescription {
     },
     /// Point light in a cone.
     Spot {
-        /// Own space → world: a rotation, maybe with a mirror, and a translation. The cone is about +z.
+        /// Own space → world: a rotation, maybe with a mirror, and a translation. The cone is about
+        /// +z.
         to_world: DAffine3,
         /// The cone.
         shape: SpotDescription,
     },
     /// An image thrown from a point.
     Projector {
-        /// Own space → world: a rotation, maybe with a mirror, and a translation. The image is about +z.
+        /// Own space → world: a rotation, maybe with a mirror, and a translation. The image is
+        /// about +z.
         to_world: DAffine3,
         /// The image.
         shape: ProjectorDescription,
@@ -209,7 +211,8 @@ pub enum EmitterDescription {
         /// Radiance.
         radiance: Rgb,
     },
-    /// Radiance from an image over all directions; see [`crate::emitter::Environment`] for how it lies.
+    /// Radiance from an image over all directions; see [`crate::emitter::Environment`] for how it
+    /// lies.
     Environment {
         /// Radiance.
         bitmap: Arc<Bitmap>,

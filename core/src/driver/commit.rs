@@ -1,4 +1,5 @@
-//! Chunks that are applied to the film in the order of their index while others are still being filled.
+//! Chunks that are applied to the film in the order of their index while others are still being
+//! filled.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -6,10 +7,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::film::{Band, Chunk, Film, Fresh, NonFinite, Raster, Sorted};
 
-/// Chunks for each thread that may be done before the first one that is not. A thread that is further ahead helps to apply, then waits.
+/// Chunks for each thread that may be done before the first one that is not. A thread that is
+/// further ahead helps to apply, then waits.
 const AHEAD: u64 = 8;
 
-/// Bands of the film for each thread: with more bands than threads one that finds a band taken goes on with another.
+/// Bands of the film for each thread: with more bands than threads one that finds a band taken goes
+/// on with another.
 const BANDS: usize = 2;
 
 /// A chunk that waits, with its index.
@@ -17,8 +20,9 @@ type Slot = Mutex<Option<(u64, Arc<Sorted>)>>;
 
 /// The film while a step is under way.
 ///
-/// Chunk i waits in slot i mod n until every band has taken it. The band that is furthest behind says how far the others may go, so that no more
-/// than n chunks wait at any time: [`AHEAD`] for each thread.
+/// Chunk i waits in slot i mod n until every band has taken it. The band that is furthest behind
+/// says how far the others may go, so that no more than n chunks wait at any time: [`AHEAD`] for
+/// each thread.
 pub(super) struct Commit<'a> {
     raster: &'a Raster,
     band_rows: usize,
@@ -53,7 +57,8 @@ impl<'a> Commit<'a> {
         }
     }
 
-    /// Waits until there is a slot for chunk `index`. Whoever has the chunk that all wait for never waits here, so that there is always one at work.
+    /// Waits until there is a slot for chunk `index`. Whoever has the chunk that all wait for never
+    /// waits here, so that there is always one at work.
     pub(super) fn wait_for_room(&self, index: u64) {
         let full = || index >= self.floor() + self.slots.len() as u64;
         while full() && !self.failed.load(Ordering::Relaxed) {
@@ -76,7 +81,8 @@ impl<'a> Commit<'a> {
         self.drain(index as usize);
     }
 
-    /// Applies what is ready to every band that nobody else is at; `begin` says with which band to begin.
+    /// Applies what is ready to every band that nobody else is at; `begin` says with which band to
+    /// begin.
     fn drain(&self, begin: usize) {
         let count = self.bands.len();
         for k in 0..count {

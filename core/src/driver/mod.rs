@@ -1,4 +1,5 @@
-//! Runs work items on all threads of the current rayon pool and exposes the film in the order of the items.
+//! Runs work items on all threads of the current rayon pool and exposes the film in the order of
+//! the items.
 
 mod commit;
 mod turns;
@@ -12,14 +13,17 @@ pub use crate::rays::rays_on_this_thread;
 use commit::Commit;
 pub use turns::Turns;
 
-/// Most work items in a chunk: its contributions, a few dozen bytes each, are kept in memory until their turn.
+/// Most work items in a chunk: its contributions, a few dozen bytes each, are kept in memory until
+/// their turn.
 const LARGEST: u64 = 512;
 
-/// Chunks for each thread, where there are items enough: at the end of the work a thread waits for half a chunk of another one on average.
+/// Chunks for each thread, where there are items enough: at the end of the work a thread waits for
+/// half a chunk of another one on average.
 const CHUNKS: u64 = 64;
 
-/// Work items in a chunk: large enough to hide the hand-over, small enough that all threads have work up to the end. Films do not depend on
-/// it: contributions are added in the order of the items.
+/// Work items in a chunk: large enough to hide the hand-over, small enough that all threads have
+/// work up to the end. Films do not depend on it: contributions are added in the order of the
+/// items.
 fn chunk_size(items: u64) -> u64 {
     (items / (CHUNKS * rayon::current_num_threads() as u64)).clamp(1, LARGEST)
 }
@@ -40,8 +44,9 @@ impl std::ops::AddAssign for Work {
     }
 }
 
-/// One step: runs `f(item, stream, chunk)` for every item in `0..items` and applies what it emits in item
-/// order, so that the film is the same to the bit for any number of threads. An item is one sample.
+/// One step: runs `f(item, stream, chunk)` for every item in `0..items` and applies what it emits
+/// in item order, so that the film is the same to the bit for any number of threads. An item is one
+/// sample.
 pub fn run_items<F>(film: &mut Film, seed: u64, step: u64, items: u64, f: F) -> Work
 where
     F: Fn(u64, &mut RandomStream, &mut Chunk) + Sync,
@@ -49,8 +54,9 @@ where
     run_steps(film, seed, step..step + 1, items, f)
 }
 
-/// Several steps of so many items each, the same to the bit as one after the other. Items of a step begin before the last ones of the step before it are
-/// done, so that threads wait for each other at the end alone.
+/// Several steps of so many items each, the same to the bit as one after the other. Items of a step
+/// begin before the last ones of the step before it are done, so that threads wait for each other
+/// at the end alone.
 pub fn run_steps<F>(film: &mut Film, seed: u64, steps: Range<u64>, items: u64, f: F) -> Work
 where
     F: Fn(u64, &mut RandomStream, &mut Chunk) + Sync,
@@ -68,11 +74,13 @@ where
     })
 }
 
-/// Work that comes in chunks of unequal numbers of samples (Markov chains): runs `f(index, chunk)` for every index in
-/// `0..chunks`, applies the chunks in the order of their index and counts the samples that `f` returns.
+/// Work that comes in chunks of unequal numbers of samples (Markov chains): runs `f(index, chunk)`
+/// for every index in `0..chunks`, applies the chunks in the order of their index and counts the
+/// samples that `f` returns.
 ///
-/// Indices are handed out in order. The film is applied to in bands of rows by whichever thread finds one free. Memory is bounded: a thread that is
-/// eight chunks a thread ahead of the first one that is not done applies what others have made, and waits.
+/// Indices are handed out in order. The film is applied to in bands of rows by whichever thread
+/// finds one free. Memory is bounded: a thread that is eight chunks a thread ahead of the first one
+/// that is not done applies what others have made, and waits.
 pub fn run_chunks<F>(film: &mut Film, chunks: u64, f: F) -> Work
 where
     F: Fn(u64, &mut Chunk) -> u64 + Sync,

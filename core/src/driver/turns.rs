@@ -5,10 +5,12 @@ use std::sync::{Mutex, PoisonError};
 
 use super::Failing;
 
-/// Things that are worked on in turns. Each has a count of the turns that are done, and the next one waits for its number.
+/// Things that are worked on in turns. Each has a count of the turns that are done, and the next
+/// one waits for its number.
 ///
-/// Whoever is handed turn n of a thing must have been handed it after somebody else was handed turn n − 1, as the indices of
-/// [`run_chunks`](super::run_chunks) are: then somebody is always at work, and nobody waits for ever.
+/// Whoever is handed turn n of a thing must have been handed it after somebody else was handed turn
+/// n − 1, as the indices of [`run_chunks`](super::run_chunks) are: then somebody is always at work,
+/// and nobody waits for ever.
 #[derive(Debug)]
 pub struct Turns {
     done: Vec<AtomicU64>,
@@ -22,7 +24,8 @@ impl Turns {
         Turns { done, failed: AtomicBool::new(false) }
     }
 
-    /// Does `work` on thing number `index`, behind `thing`, as its turn number `turn`. `None` where an earlier turn panicked.
+    /// Does `work` on thing number `index`, behind `thing`, as its turn number `turn`. `None` where
+    /// an earlier turn panicked.
     pub fn take<T, R>(
         &self,
         index: usize,

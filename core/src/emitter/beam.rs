@@ -30,7 +30,8 @@ pub enum BeamShape {
         /// A factor over the square about the cone.
         texture: Option<Arc<Texture>>,
     },
-    /// I = scale E(u, v)/cos³θ over a rectangle, so that a plane across the beam shows the image evenly.
+    /// I = scale E(u, v)/cos³θ over a rectangle, so that a plane across the beam shows the image
+    /// evenly.
     Projector {
         /// E.
         image: Arc<Texture>,

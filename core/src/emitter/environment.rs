@@ -1,11 +1,13 @@
 //! An environment map: radiance from an image over all directions.
 //!
-//! Directions of the map's own space are (sin φ sin θ, cos θ, −cos φ sin θ), φ = 2πu, θ = πv, as in Mitsuba. Columns are samples at
-//! u = (i + ½)/W, without a seam; rows are samples at v = j/(H − 1), so that the first and the last one are the poles. Between samples the
-//! radiance is bilinear in (u, v).
+//! Directions of the map's own space are (sin φ sin θ, cos θ, −cos φ sin θ), φ = 2πu, θ = πv, as in
+//! Mitsuba. Columns are samples at u = (i + ½)/W, without a seam; rows are samples at v = j/(H −
+//! 1), so that the first and the last one are the poles. Between samples the radiance is bilinear
+//! in (u, v).
 //!
-//! Sampling picks a cell between four samples, first its row, then its column, and in it a direction uniform in solid angle: the density
-//! P(cell)/Ω(cell) needs no sin θ and is exact at the poles and at the seam. Running sums are whole multiples of 2⁻²⁴, the grid of the numbers of
+//! Sampling picks a cell between four samples, first its row, then its column, and in it a
+//! direction uniform in solid angle: the density P(cell)/Ω(cell) needs no sin θ and is exact at the
+//! poles and at the seam. Running sums are whole multiples of 2⁻²⁴, the grid of the numbers of
 //! primary sample space, so that each cell has exactly its probability.
 
 use std::f64::consts::{PI, TAU};
@@ -20,7 +22,8 @@ use crate::texture::Bitmap;
 /// Steps of the grid of random numbers.
 const GRID: f64 = (1 << 24) as f64;
 
-/// Share of the probability that every column of a row has alike: dark cells beside a sun stay samplable.
+/// Share of the probability that every column of a row has alike: dark cells beside a sun stay
+/// samplable.
 const UNIFORM_COLUMNS: f64 = 0.05;
 
 /// The same for rows.
@@ -59,7 +62,8 @@ struct Place {
 }
 
 impl Environment {
-    /// Builds the map; `to_world` must be orthonormal, the image within [`MAX_SIZE`] and without negative texels.
+    /// Builds the map; `to_world` must be orthonormal, the image within [`MAX_SIZE`] and without
+    /// negative texels.
     pub(crate) fn new(bitmap: Arc<Bitmap>, to_world: DMat3, scale: f32) -> Self {
         let (columns, rows) = (bitmap.width() as usize, (bitmap.height() as usize - 1).max(1));
         let cos: Vec<f64> = (0..=rows).map(|j| cos_of_half_turns(j as f64 / rows as f64)).collect();

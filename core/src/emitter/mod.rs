@@ -9,7 +9,8 @@
 //! | constant | radiance | solid angle | uniform on the disk across the scene |
 //! | environment | radiance of its direction | solid angle | uniform on the disk across the scene |
 //!
-//! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the right one in every row.
+//! With the generalised geometry term of [`Edge`](crate::measure::Edge) the product L_e·G is the
+//! right one in every row.
 
 mod beam;
 pub(crate) mod environment;
@@ -88,12 +89,14 @@ const UNITS: u64 = 1 << 24;
 /// Part of the picks that goes to all emitters alike.
 const EVEN: f64 = 1.0 / 32.0;
 
-/// All emitters of a scene with the discrete distribution by which one is picked: nearly in proportion to emitted power
-/// (mean of the channels; power through the ball about the surfaces for emitters at infinity).
+/// All emitters of a scene with the discrete distribution by which one is picked: nearly in
+/// proportion to emitted power (mean of the channels; power through the ball about the surfaces for
+/// emitters at infinity).
 ///
-/// A small part (1 in 32) of the picks is spread over all emitters that emit, so that a weak one that is alone in its room is found.
-/// Probabilities are whole multiples of 2⁻²⁴, at least one, because the number that picks is one too: what [`Emitters::mass`] says is
-/// exactly what [`Emitters::pick`] does.
+/// A small part (1 in 32) of the picks is spread over all emitters that emit, so that a weak one
+/// that is alone in its room is found. Probabilities are whole multiples of 2⁻²⁴, at least one,
+/// because the number that picks is one too: what [`Emitters::mass`] says is exactly what
+/// [`Emitters::pick`] does.
 #[derive(Clone, Debug)]
 pub struct Emitters {
     list: Vec<Emitter>,
@@ -107,7 +110,8 @@ pub struct Emitters {
 }
 
 impl Emitters {
-    /// `power` holds each emitter's power in the same arbitrary unit. `None` where more emitters emit than there are units.
+    /// `power` holds each emitter's power in the same arbitrary unit. `None` where more emitters
+    /// emit than there are units.
     pub(crate) fn new(
         list: Vec<Emitter>,
         power: &[f64],
@@ -164,7 +168,8 @@ impl Emitters {
         Some((i, self.mass(i)))
     }
 
-    /// A number by which [`Emitters::pick`] gives this emitter, by the uniform number `u`; `None` where there is none.
+    /// A number by which [`Emitters::pick`] gives this emitter, by the uniform number `u`; `None`
+    /// where there is none.
     pub fn invert_pick(&self, index: u32, u: f32) -> Option<f32> {
         let (low, high) = self.range(index);
         let unit = |n: u32| f64::from(n) / UNITS as f64;
@@ -208,7 +213,8 @@ impl Emitters {
         }
     }
 
-    /// Density with which directions to the surroundings are sampled: per solid angle, the own measure of a vertex at infinity.
+    /// Density with which directions to the surroundings are sampled: per solid angle, the own
+    /// measure of a vertex at infinity.
     #[inline]
     pub(crate) fn background_pdf(&self, to: Vec3) -> Density<Area> {
         match &self.environment {
@@ -247,7 +253,8 @@ impl Emitters {
     }
 }
 
-/// Running sums of the units of each emitter; `None` where more emit than there are units. One that emits has at least one unit.
+/// Running sums of the units of each emitter; `None` where more emit than there are units. One that
+/// emits has at least one unit.
 fn running_units(power: &[f64]) -> Option<Vec<u32>> {
     let lit = power.iter().filter(|&&p| p > 0.0).count() as u64;
     let largest = power.iter().copied().fold(0.0, f64::max);
@@ -263,7 +270,8 @@ fn running_units(power: &[f64]) -> Option<Vec<u32>> {
         }
     };
     let mut units: Vec<u64> = power.iter().map(|&p| wanted(p)).collect();
-    // What rounding down has left, or too much by the rounding of shares, is hardly felt by the strongest.
+    // What rounding down has left, or too much by the rounding of shares, is hardly felt by the
+    // strongest.
     let given: u64 = units.iter().sum();
     if lit > 0
         && let Some(strongest) = units.iter_mut().max()

@@ -1,7 +1,8 @@
 //! A film in bands of rows, to which several threads add at once.
 //!
-//! Every pixel belongs to one band, and every band takes chunks in the order of their index. The order of additions to a pixel is then
-//! that of the work items, whatever the number of bands and threads: sums are the same to the bit.
+//! Every pixel belongs to one band, and every band takes chunks in the order of their index. The
+//! order of additions to a pixel is then that of the work items, whatever the number of bands and
+//! threads: sums are the same to the bit.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -30,14 +31,16 @@ pub(crate) struct Fresh {
 /// A chunk with the records of each band.
 pub(crate) struct Sorted {
     chunk: Chunk,
-    /// Indices of records, band by band, in their order; empty where there is one band, which has all of them.
+    /// Indices of records, band by band, in their order; empty where there is one band, which has
+    /// all of them.
     order: Vec<u32>,
     /// Where the indices of each band begin.
     begins: Vec<u32>,
 }
 
 impl Raster {
-    /// Rows that a contribution can add to; it is the filter's reach, whether or not the weight there is 0.
+    /// Rows that a contribution can add to; it is the filter's reach, whether or not the weight
+    /// there is 0.
     fn rows(&self, c: &Contribution) -> Range<usize> {
         let y = c.film.y as f64 - self.description.crop.y as f64;
         if self.filter.is_box() {
@@ -91,7 +94,8 @@ impl Raster {
         let width = crop.width as usize;
         let (x, y) = (c.film.x as f64 - crop.x as f64, c.film.y as f64 - crop.y as f64);
         if self.filter.is_box() {
-            // Positions are inside the window but for rounding; `as` saturates below 0 and drops NaN to 0.
+            // Positions are inside the window but for rounding; `as` saturates below 0 and drops
+            // NaN to 0.
             if x < 0.0 || y < 0.0 || x >= width as f64 || y >= crop.height as f64 {
                 return;
             }

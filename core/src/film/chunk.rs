@@ -13,13 +13,15 @@ pub struct NonFinite {
     pub contribution: Contribution,
 }
 
-/// Contributions of a fixed range of work items as short records in order. Chunks are filled in parallel and applied to the
-/// film in the order of their index, so that the film does not depend on the number of threads.
+/// Contributions of a fixed range of work items as short records in order. Chunks are filled in
+/// parallel and applied to the film in the order of their index, so that the film does not depend
+/// on the number of threads.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     address: Address,
     coalesce: bool,
-    /// Records of earlier work items: what follows is not added to them, so that chunks may be cut anywhere.
+    /// Records of earlier work items: what follows is not added to them, so that chunks may be cut
+    /// anywhere.
     before: usize,
     records: Vec<Contribution>,
     nonfinite: Vec<NonFinite>,
@@ -76,7 +78,8 @@ impl Sink for Chunk {
             }
             return;
         }
-        // Without layers only position and value matter: the path lengths of one camera sample share a record.
+        // Without layers only position and value matter: the path lengths of one camera sample
+        // share a record.
         if self.coalesce
             && self.records.len() > self.before
             && let Some(last) = self.records.last_mut()

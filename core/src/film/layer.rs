@@ -32,7 +32,8 @@ pub enum LayerKey {
         /// Families that can make the path.
         families: Families,
     },
-    /// Paths of one class from one emitter that one family of techniques made: tells what was rarely sampled from what was not.
+    /// Paths of one class from one emitter that one family of techniques made: tells what was
+    /// rarely sampled from what was not.
     Source {
         /// Path length in edges.
         length: u16,

@@ -34,11 +34,12 @@ impl Plane {
     }
 }
 
-/// A film under exposure. Pixels are sums over contributions; [`Film::image`] divides by the samples per pixel.
+/// A film under exposure. Pixels are sums over contributions; [`Film::image`] divides by the
+/// samples per pixel.
 ///
-/// Pixel j is ∫ h_j(u) L(u) du with h_j(u) = h(u − c_j) / ∫_window h(v − c_j) dv: the filter about the pixel's
-/// centre, normalised over the crop window, so that camera samples (uniform on the window) and splats
-/// have the same expectation up to the border.
+/// Pixel j is ∫ h_j(u) L(u) du with h_j(u) = h(u − c_j) / ∫_window h(v − c_j) dv: the filter about
+/// the pixel's centre, normalised over the crop window, so that camera samples (uniform on the
+/// window) and splats have the same expectation up to the border.
 #[derive(Clone, Debug)]
 pub struct Film {
     raster: Raster,
@@ -132,7 +133,8 @@ impl Film {
         self.samples as f64 / self.pixels() as f64
     }
 
-    /// Number of contributions that were not finite. They are left out of the sums: a film with any is wrong.
+    /// Number of contributions that were not finite. They are left out of the sums: a film with any
+    /// is wrong.
     pub fn nonfinite(&self) -> u64 {
         self.nonfinite
     }

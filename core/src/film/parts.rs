@@ -1,4 +1,5 @@
-//! Films taken apart and put together: for checkpoints, and for sums of films that were exposed apart.
+//! Films taken apart and put together: for checkpoints, and for sums of films that were exposed
+//! apart.
 
 use std::collections::BTreeMap;
 
@@ -89,12 +90,15 @@ impl Film {
         Ok(film)
     }
 
-    /// Adds what another film has collected: sums and samples, so that each film weighs by its samples.
+    /// Adds what another film has collected: sums and samples, so that each film weighs by its
+    /// samples.
     ///
-    /// Sums are added in `f64`, pixel by pixel: the same films in the same order give the same bits.
+    /// Sums are added in `f64`, pixel by pixel: the same films in the same order give the same
+    /// bits.
     ///
     /// # Errors
-    /// [`FilmError::Different`], where the other one is no film of the same window, filter and layers; nothing is added then.
+    /// [`FilmError::Different`], where the other one is no film of the same window, filter and
+    /// layers; nothing is added then.
     pub fn merge(&mut self, other: &Film) -> Result<(), FilmError> {
         if self.description() != other.description() || self.layers() != other.layers() {
             return Err(FilmError::Different);

@@ -7,8 +7,9 @@ use crate::path::{Families, PathRecord};
 
 /// One estimate of the measurement of one path: f(x̄)/p(x̄) times its MIS weight.
 ///
-/// Values are scaled so that the film's pixel is their sum over samples divided by the number of samples per
-/// pixel, whatever technique made them: the sensor's importance integrates to 1 over the crop window.
+/// Values are scaled so that the film's pixel is their sum over samples divided by the number of
+/// samples per pixel, whatever technique made them: the sensor's importance integrates to 1 over
+/// the crop window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Position on the film in pixels of the whole film, x to the right, y down.
@@ -28,9 +29,10 @@ pub struct Contribution {
 }
 
 impl Contribution {
-    /// A contribution that says no more than where and how much: weight 1, technique (0, 2), the first emitter, no family of techniques. The other fields
-    /// are there to be set: `Contribution { s: 1, t: 3, ..Contribution::new(film, value) }`. A comparison of methods needs
-    /// s, t and `families`.
+    /// A contribution that says no more than where and how much: weight 1, technique (0, 2), the
+    /// first emitter, no family of techniques. The other fields are there to be set: `Contribution
+    /// { s: 1, t: 3, ..Contribution::new(film, value) }`. A comparison of methods needs s, t and
+    /// `families`.
     pub fn new(film: Vec2, value: Rgb) -> Self {
         Contribution { film, value, weight: 1.0, s: 0, t: 2, emitter: 0, families: Families::NONE }
     }
@@ -42,7 +44,8 @@ impl Contribution {
     }
 }
 
-/// Receives contributions. Films, statistics and tests implement it; integrators are generic over it.
+/// Receives contributions. Films, statistics and tests implement it; integrators are generic over
+/// it.
 ///
 /// ```
 /// use pathspace_core::film::{Contribution, Sink};

@@ -86,7 +86,8 @@ fn non_finite_contributions_are_counted_and_kept_for_replay() {
 
 #[test]
 fn many_small_splats_in_one_pixel_keep_their_sum() {
-    // 2²⁶ numbers of U[0,1): an f32 sum stalls at 2²⁴; f64 must stay within a tenth of the standard error.
+    // 2²⁶ numbers of U[0,1): an f32 sum stalls at 2²⁴; f64 must stay within a tenth of the standard
+    // error.
     let n = 1u64 << 26;
     let mut plane = Plane::new(1);
     let mut exact: u128 = 0;

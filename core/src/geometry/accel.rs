@@ -16,7 +16,8 @@ pub struct Hit {
     pub t: f64,
     /// Primitive: triangles first, then spheres, disks, cylinders.
     pub prim: u32,
-    /// Barycentric weight of corner 1 of a triangle; a of a disk's c + a·u + b·v; 0 for a sphere or cylinder.
+    /// Barycentric weight of corner 1 of a triangle; a of a disk's c + a·u + b·v; 0 for a sphere or
+    /// cylinder.
     pub b1: f64,
     /// Barycentric weight of corner 2 of a triangle; b of a disk; 0 for a sphere or cylinder.
     pub b2: f64,
@@ -50,8 +51,9 @@ pub enum InstructionSet {
 
 /// Immutable ray-traversal structure over [`Primitives`]; see the [module](super).
 ///
-/// A ray's hits are those with tmin < t < tmax and t > 0 on triangles other than the one it starts on. A ray that is not finite, whose direction
-/// is shorter than the smallest normal f32, or whose interval is empty hits nothing.
+/// A ray's hits are those with tmin < t < tmax and t > 0 on triangles other than the one it starts
+/// on. A ray that is not finite, whose direction is shorter than the smallest normal f32, or whose
+/// interval is empty hits nothing.
 pub struct Accel {
     tree: Tree,
     prims: Primitives,
@@ -97,10 +99,11 @@ impl Accel {
         self.hidden(ray, &Ray64::new(ray.o, ray.d), NO_PRIM)
     }
 
-    /// Whether anything lies between `p` and `q`: 1 − V. Symmetric to the bit. `on` are the triangles that they lie
-    /// on ([`NO_PRIM`] for none), which the segment does not meet again.
+    /// Whether anything lies between `p` and `q`: 1 − V. Symmetric to the bit. `on` are the
+    /// triangles that they lie on ([`NO_PRIM`] for none), which the segment does not meet again.
     ///
-    /// The direction is the exact difference, so that the segment ends where it should however long it is.
+    /// The direction is the exact difference, so that the segment ends where it should however long
+    /// it is.
     #[inline]
     pub fn hides(&self, p: Vec3, q: Vec3, on: [u32; 2]) -> bool {
         let ray = segment(p, q);

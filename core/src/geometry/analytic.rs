@@ -69,8 +69,8 @@ impl Analytic {
         }
     }
 
-    /// True where a ray from a point `p` of this surface in direction `d` never meets it again: a sphere is convex. However `p` is
-    /// rounded, near the limb too.
+    /// True where a ray from a point `p` of this surface in direction `d` never meets it again: a
+    /// sphere is convex. However `p` is rounded, near the limb too.
     #[inline]
     pub fn is_left_for_good(&self, p: DVec3, d: DVec3) -> bool {
         match self.shape {
@@ -79,7 +79,8 @@ impl Analytic {
         }
     }
 
-    /// First hit with `tmin` < t < `tmax`, and its coordinates (a, b) for disks, zeros for spheres and cylinders.
+    /// First hit with `tmin` < t < `tmax`, and its coordinates (a, b) for disks, zeros for spheres
+    /// and cylinders.
     #[inline]
     pub fn intersect(&self, ray: &Ray64, tmin: f64, tmax: f64) -> Option<(f64, f64, f64)> {
         match self.shape {
@@ -98,7 +99,8 @@ impl Analytic {
                 (qa * qa + qb * qb <= 1.0 && t > tmin && t < tmax).then_some((t, qa, qb))
             }
             Shape::Cylinder { base, axis, length, radius } => {
-                // Across the axis the cylinder is a circle; a ray along the axis gives NaN, which nothing accepts.
+                // Across the axis the cylinder is a circle; a ray along the axis gives NaN, which
+                // nothing accepts.
                 let oc = ray.o - base;
                 let (along_o, along_d) = (oc.dot(axis), ray.d.dot(axis));
                 let (t0, t1) = sphere_roots(oc - axis * along_o, ray.d - axis * along_d, radius)?;

@@ -20,8 +20,8 @@ pub(super) fn build(prims: &Primitives) -> Tree {
     Tree { nodes: on_huge_pages(tree.nodes), blocks: on_huge_pages(tree.blocks), ..tree }
 }
 
-/// obvhs' binary tree with one primitive a leaf; the leaves are ours to form. Where areas would underflow, the
-/// balanced tree.
+/// obvhs' binary tree with one primitive a leaf; the leaves are ours to form. Where areas would
+/// underflow, the balanced tree.
 fn binary(bounded: &[Bounded]) -> BinTree {
     if areas_underflow(bounded) {
         return median(bounded);

@@ -1,8 +1,9 @@
 //! Rays and triangles in f64, eight triangles at once.
 //!
-//! Origins and corners are f32 and exact. Woop's test in f64 is as watertight as in f32: a shared vertex gives
-//! the same bits in both triangles, a shared edge gives edge functions of exactly opposite sign. Depths err by
-//! some 10⁻¹⁵ of the triangle's size, so that a sheet 0.1 mm above a ground of 10 km is told from it.
+//! Origins and corners are f32 and exact. Woop's test in f64 is as watertight as in f32: a shared
+//! vertex gives the same bits in both triangles, a shared edge gives edge functions of exactly
+//! opposite sign. Depths err by some 10⁻¹⁵ of the triangle's size, so that a sheet 0.1 mm above a
+//! ground of 10 km is told from it.
 
 use super::analytic::Ray64;
 use super::lanes::{Doubles, Lanes};
@@ -59,8 +60,9 @@ impl<D: Doubles> Exact<D> {
         (x, y, z)
     }
 
-    /// Woop's test: hits with tmin < t ≤ `last`, edges of the triangles included, those of the ids `skip` left out.
-    /// Empty lanes are NaN, and so is t where a triangle is seen from its edge: no comparison accepts them.
+    /// Woop's test: hits with tmin < t ≤ `last`, edges of the triangles included, those of the ids
+    /// `skip` left out. Empty lanes are NaN, and so is t where a triangle is seen from its edge: no
+    /// comparison accepts them.
     #[inline(always)]
     pub fn meet<L: Lanes>(&self, block: &Block, last: f64, skip: [u32; 2]) -> Option<BlockHits> {
         let (xa, ya, za) = self.corner(block, 0);
@@ -71,7 +73,8 @@ impl<D: Doubles> Exact<D> {
         let w = xb.mul(ya).sub(yb.mul(xa));
         let zero = D::splat(0.0);
         let inside = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
-        // No branch on `inside`: it is as good as random, and what follows costs less than a wrong guess.
+        // No branch on `inside`: it is as good as random, and what follows costs less than a wrong
+        // guess.
         let inverse = D::splat(1.0).div(u.add(v).add(w));
         let t = u.mul(za).add(v.mul(zb)).add(w.mul(zc)).mul(self.scale).mul(inverse);
         let within = inside & self.first.le(t) & t.le(D::splat(last));

@@ -1,4 +1,5 @@
-//! Eight lanes of f32 for boxes, of f64 for triangles: the few operations the kernels need, on AVX-512, AVX2 or arrays.
+//! Eight lanes of f32 for boxes, of f64 for triangles: the few operations the kernels need, on
+//! AVX-512, AVX2 or arrays.
 //!
 //! All implementations perform the same IEEE 754 operation in each lane, rounding included, and
 //! treat NaN as the x86 instructions do: `max` and `min` return their second argument if either is
@@ -160,8 +161,9 @@ mod avx {
 
     use super::{Doubles, Lanes};
 
-    /// Lanes in one AVX register, with `D` for f64. To be used only inside functions compiled for AVX2 that run on a
-    /// processor known to have it; the `SAFETY` of every intrinsic below rests on that.
+    /// Lanes in one AVX register, with `D` for f64. To be used only inside functions compiled for
+    /// AVX2 that run on a processor known to have it; the `SAFETY` of every intrinsic below rests
+    /// on that.
     #[derive(Clone, Copy)]
     pub struct Avx<D>(__m256, PhantomData<D>);
 
@@ -307,8 +309,8 @@ mod avx {
         }
     }
 
-    /// Lanes of f64 in one AVX-512 register. To be used only inside functions compiled for AVX-512F that run on a
-    /// processor known to have it.
+    /// Lanes of f64 in one AVX-512 register. To be used only inside functions compiled for AVX-512F
+    /// that run on a processor known to have it.
     #[derive(Clone, Copy)]
     pub struct Whole(__m512d);
 

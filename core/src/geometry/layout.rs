@@ -34,8 +34,8 @@ pub(super) struct Block {
 
 /// Where a child lies: node index, run of triangle blocks or run of analytic primitives.
 ///
-/// Bits: 31 leaf, 30 analytic; nodes use the other bits as index; triangle leaves hold the number of
-/// blocks − 1 in bit 29 and the first block below; analytic leaves hold the number − 1 in bits
+/// Bits: 31 leaf, 30 analytic; nodes use the other bits as index; triangle leaves hold the number
+/// of blocks − 1 in bit 29 and the first block below; analytic leaves hold the number − 1 in bits
 /// 27–29 and the first below.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

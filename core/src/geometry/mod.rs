@@ -2,11 +2,11 @@
 //!
 //! # What is here
 //!
-//! [`Accel`] holds triangles, spheres, disks and cylinders ([`Primitives`]) in one tree and answers two
-//! questions: which primitive does a ray meet first ([`Accel::closest`]), and does it meet any
+//! [`Accel`] holds triangles, spheres, disks and cylinders ([`Primitives`]) in one tree and answers
+//! two questions: which primitive does a ray meet first ([`Accel::closest`]), and does it meet any
 //! ([`Accel::occluded`], the 1 − V of the rendering equation). [`Accel::position`],
-//! [`Accel::error_bound`], [`offset_origin`] and [`segment`] turn a hit into the origin of the
-//! next ray or the end of a shadow segment without scene-unit epsilons.
+//! [`Accel::error_bound`], [`offset_origin`] and [`segment`] turn a hit into the origin of the next
+//! ray or the end of a shadow segment without scene-unit epsilons.
 //!
 //! # Why a walk of our own
 //!
@@ -20,24 +20,25 @@
 //!   the surface-area cost (Ylitie et al. 2017, §3.2, with leaves that are whole blocks of eight
 //!   triangles), uncompressed, 256 bytes a node.
 //! - **Triangles.** Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection": the vertices
-//!   are sheared into the ray's frame and the signs of three edge functions decide, in f64. A shared vertex
-//!   gives the same bits in both triangles and a shared edge gives edge functions of exactly opposite
-//!   sign, so one of two neighbours always accepts. This needs *bit-equal* shared vertices in the
-//!   input. Edge functions that vanish count as inside on both sides. No fused multiply-add may
-//!   enter an edge function: it would break the antisymmetry.
+//!   are sheared into the ray's frame and the signs of three edge functions decide, in f64. A
+//!   shared vertex gives the same bits in both triangles and a shared edge gives edge functions of
+//!   exactly opposite sign, so one of two neighbours always accepts. This needs *bit-equal* shared
+//!   vertices in the input. Edge functions that vanish count as inside on both sides. No fused
+//!   multiply-add may enter an edge function: it would break the antisymmetry.
 //! - **Boxes.** A triangle is accepted when the *rounded* vertices surround the ray, so the exact
 //!   ray may pass its box at a distance of a few ulps. The slabs are therefore widened per ray by a
-//!   bound on that distance plus the slab test's own rounding (the idea of Ize 2013, "Robust BVH Ray
-//!   Traversal", but absolute instead of relative): boxes by a part of their coordinates when the tree is
-//!   built, rays by the same part of their origin's.
+//!   bound on that distance plus the slab test's own rounding (the idea of Ize 2013, "Robust BVH
+//!   Ray Traversal", but absolute instead of relative): boxes by a part of their coordinates when
+//!   the tree is built, rays by the same part of their origin's.
 //! - **Boxes in f32, triangles in f64.** Eight triangles at once are tested in f64: hits are exact
 //!   to 10⁻¹⁵ of the triangle, and a sheet close over a huge ground is told from it.
-//! - **Spheres, disks and cylinders** are tested in f64, so that surfaces 10⁻⁷ apart are told apart.
-//! - **One source for all instruction sets.** The kernels are generic over eight lanes; AVX-512 or AVX2 is used
-//!   where the processor has it (asked once, when the tree is built), otherwise arrays that the
-//!   compiler turns into what the target has. All perform the same IEEE operations in the same
-//!   order, so that hits agree to the bit. Fused operations are avoided everywhere: without hardware
-//!   support they would be library calls.
+//! - **Spheres, disks and cylinders** are tested in f64, so that surfaces 10⁻⁷ apart are told
+//!   apart.
+//! - **One source for all instruction sets.** The kernels are generic over eight lanes; AVX-512 or
+//!   AVX2 is used where the processor has it (asked once, when the tree is built), otherwise arrays
+//!   that the compiler turns into what the target has. All perform the same IEEE operations in the
+//!   same order, so that hits agree to the bit. Fused operations are avoided everywhere: without
+//!   hardware support they would be library calls.
 //! - **Ties.** Among equal t the smallest primitive id wins, whatever the order of the walk.
 
 mod accel;

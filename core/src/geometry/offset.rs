@@ -8,12 +8,13 @@ use super::{Accel, Hit};
 use crate::math::Ray;
 
 impl Accel {
-    /// Position of a hit on its primitive: barycentric interpolation for
-    /// triangles, o + t·d brought onto the surface for spheres and cylinders, c + a·u + b·v for disks; in f64,
-    /// rounded once, so that it errs by half an ulp of its own coordinates.
+    /// Position of a hit on its primitive: barycentric interpolation for triangles, o + t·d brought
+    /// onto the surface for spheres and cylinders, c + a·u + b·v for disks; in f64, rounded once,
+    /// so that it errs by half an ulp of its own coordinates.
     ///
-    /// A hit within rounding of an edge of its triangle is taken for one a little further in. On the edge itself it would lie on a wall that meets the
-    /// triangle there too, and what leaves it through that wall would not meet the wall.
+    /// A hit within rounding of an edge of its triangle is taken for one a little further in. On
+    /// the edge itself it would lie on a wall that meets the triangle there too, and what leaves it
+    /// through that wall would not meet the wall.
     ///
     /// A hit that is not of this tree gives o + t·d.
     #[inline]
@@ -74,8 +75,8 @@ impl Accel {
 
     /// Distance along the normal by which a ray or segment must leave the primitive `prim` at the
     /// point `p` so that it does not meet the same primitive again: a bound on the distance of `p`
-    /// from the surface and on the error of the intersection test. It depends on the coordinates of `p` and on
-    /// the size of the primitive alone.
+    /// from the surface and on the error of the intersection test. It depends on the coordinates of
+    /// `p` and on the size of the primitive alone.
     pub fn error_bound(&self, prim: u32, p: Vec3) -> f32 {
         self.error_along(prim, p, self.normal(prim, p))
     }
@@ -89,7 +90,8 @@ impl Accel {
     /// [`Accel::error_bound`] where the geometric normal is known, to either side.
     #[inline]
     pub(crate) fn error_along(&self, prim: u32, p: Vec3, n: Vec3) -> f32 {
-        // Rounding of p, by at most U times each coordinate: a coordinate along the surface does not count.
+        // Rounding of p, by at most U times each coordinate: a coordinate along the surface does
+        // not count.
         let rounding = U * p.abs().dot(n.abs());
         let test = match self.prim(prim) {
             Some(PrimRef::Triangle(_)) => self.facet(prim).test,
@@ -122,7 +124,8 @@ impl Facet {
         let length = f64::from(length2).sqrt();
         let across = e.cross(f);
         let slimness = length * length / across.length();
-        // Edge functions err by 2⁻⁵³·L²; they are divided by twice the area and multiply heights ≤ L.
+        // Edge functions err by 2⁻⁵³·L²; they are divided by twice the area and multiply heights ≤
+        // L.
         let test = f64::from(TEST_ERROR) * length * slimness.min(MAX_SLIMNESS);
         // The least height is 2A/L. A weight of x moves a point by x·L at most.
         let weight = slimness.min(MAX_EDGE_SLIMNESS) / length;
@@ -149,11 +152,12 @@ fn off_edges([b1, b2]: [f64; 2], least: f64) -> [f64; 2] {
     [b[1], b[2]]
 }
 
-/// How far from an edge a hit is, in errors of its position (2·2⁻²⁴ of its largest coordinate). A wall that meets
-/// the triangle there at an angle θ is then EDGE·sin θ errors away.
+/// How far from an edge a hit is, in errors of its position (2·2⁻²⁴ of its largest coordinate). A
+/// wall that meets the triangle there at an angle θ is then EDGE·sin θ errors away.
 const EDGE: f32 = 16.0;
 
-/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that no point moves far.
+/// Slivers beyond this ratio of L² to twice the area keep less distance from their edges, so that
+/// no point moves far.
 const MAX_EDGE_SLIMNESS: f64 = 8.0;
 
 /// Error of the intersection test in f64 near a primitive of size 1: some 2⁻⁴⁸, with reserve.
@@ -178,8 +182,8 @@ pub fn offset_origin(p: Vec3, n_g: Vec3, bound: f32, toward: Vec3) -> Vec3 {
 /// Ray for the visibility of two points that were pushed off their surfaces: o + t·d with t in
 /// (0, 1) between them.
 ///
-/// The ends are put in an order of their own, so that V(x, y) = V(y, x) to the bit: first the one with the smaller
-/// coordinates, where a rounded direction does least harm.
+/// The ends are put in an order of their own, so that V(x, y) = V(y, x) to the bit: first the one
+/// with the smaller coordinates, where a rounded direction does least harm.
 pub fn segment(p: Vec3, q: Vec3) -> Ray {
     let (near, far) = (p.abs().max_element(), q.abs().max_element());
     let order = near

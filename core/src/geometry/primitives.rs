@@ -8,7 +8,8 @@ use obvhs::{Boundable, aabb::Aabb};
 use super::GeometryError;
 use super::traverse::SLACK;
 
-/// Coordinates beyond this magnitude are refused: three of them and an error bound are multiplied in f32.
+/// Coordinates beyond this magnitude are refused: three of them and an error bound are multiplied
+/// in f32.
 const MAX_COORDINATE: f32 = 1e9;
 
 /// Sorts of primitives.
@@ -69,8 +70,8 @@ pub struct CylinderPrim {
 }
 
 impl CylinderPrim {
-    /// Nearest point of the axis between the ends and the unit vector from it, across the axis, towards `q`; zero
-    /// where `q` lies on the axis.
+    /// Nearest point of the axis between the ends and the unit vector from it, across the axis,
+    /// towards `q`; zero where `q` lies on the axis.
     #[inline]
     pub(crate) fn foot(&self, q: DVec3) -> (DVec3, DVec3) {
         let (base, axis) = (self.base.as_dvec3(), self.axis.as_dvec3());
@@ -224,8 +225,9 @@ impl Bounded {
         Bounded { prim, aabb: Aabb::new(aabb.min - slack, aabb.max + slack) }
     }
 
-    /// The bounds with their corners moved out at random, by up to 2⁻¹⁰ of the size and 2⁻²⁰ of the coordinates. A builder that
-    /// merges the pair of least area is linear only where few areas are equal.
+    /// The bounds with their corners moved out at random, by up to 2⁻¹⁰ of the size and 2⁻²⁰ of the
+    /// coordinates. A builder that merges the pair of least area is linear only where few areas are
+    /// equal.
     pub fn jittered(&self) -> Bounded {
         let size = (self.aabb.max - self.aabb.min).max_element();
         let place = self.aabb.min.abs().max(self.aabb.max.abs()).max_element();

@@ -14,11 +14,11 @@ use crate::math::Ray;
 /// Half an ulp of 1: the relative error of one rounding to f32.
 pub(super) const U: f32 = 1.0 / 16_777_216.0;
 
-/// Widening of the slabs, in units of the largest coordinate: of the origin here, of a primitive when the
-/// tree is built ([`super::primitives::bounds`]).
+/// Widening of the slabs, in units of the largest coordinate: of the origin here, of a primitive
+/// when the tree is built ([`super::primitives::bounds`]).
 ///
-/// The slab value (plane − o)·(1/d) is relatively wrong by 3u, that is by 3u·(|v| + |o|) along the axis; the rest
-/// is reserve.
+/// The slab value (plane − o)·(1/d) is relatively wrong by 3u, that is by 3u·(|v| + |o|) along the
+/// axis; the rest is reserve.
 pub(super) const SLACK: f32 = 16.0 * U;
 
 /// Ray prepared for the node and block tests.
@@ -38,9 +38,9 @@ struct Setup<L: Lanes> {
     exact: Exact<L::Double>,
 }
 
-// The methods are spelt out instead of mapping arrays: closures and library functions do not take on
-// the target features of their caller, and where they are not inlined every lane operation in them
-// would be a call.
+// The methods are spelt out instead of mapping arrays: closures and library functions do not take
+// on the target features of their caller, and where they are not inlined every lane operation in
+// them would be a call.
 impl<L: Lanes> Setup<L> {
     /// `None` for rays that hit nothing by definition: not finite, without direction, empty
     /// interval.
@@ -348,7 +348,8 @@ fn pop(slots: &Slots<u64>, len: &mut usize, last: f32) -> Option<Child> {
     None
 }
 
-/// Whether anything is hit but the triangles `ray.from` and `to`. `exact` is the ray before its direction was rounded.
+/// Whether anything is hit but the triangles `ray.from` and `to`. `exact` is the ray before its
+/// direction was rounded.
 #[inline(always)]
 pub(super) fn occluded<L: Lanes>(tree: &Tree, ray: &Ray, exact: &Ray64, to: u32) -> bool {
     let Some(setup) = Setup::<L>::new(ray, exact) else { return false };

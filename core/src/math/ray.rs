@@ -16,7 +16,8 @@ pub struct Ray {
     pub tmin: f32,
     /// Hits at t ≥ `tmax` do not count.
     pub tmax: f32,
-    /// The triangle that the ray starts on, which it does not meet again; [`NO_PRIM`] where it starts on none.
+    /// The triangle that the ray starts on, which it does not meet again; [`NO_PRIM`] where it
+    /// starts on none.
     pub from: u32,
 }
 

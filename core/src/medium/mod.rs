@@ -7,12 +7,14 @@
 //! | ρ | phase function | [`Phase`] |
 //! | T(x, y) = exp(−∫σ_t) | transmittance of an edge | [`Scene::transmittance`](crate::Scene::transmittance) |
 //!
-//! A vertex of a path is a point of a surface (dA) or of a medium (dV). At a point of a medium σ_s ρ stands for the BSDF and 1 for |cos θ| in the
-//! geometry term, and every edge carries T (Pauly, Kollig and Keller 2000; Jakob 2013, §3).
+//! A vertex of a path is a point of a surface (dA) or of a medium (dV). At a point of a medium σ_s
+//! ρ stands for the BSDF and 1 for |cos θ| in the geometry term, and every edge carries T (Pauly,
+//! Kollig and Keller 2000; Jakob 2013, §3).
 //!
-//! A walk draws the distance to the next vertex by T of one channel, which it picks with probability P_c = 1/3. The density of a point y of the medium
-//! is the mixture p_σ Σ P_c σ_{t,c}(y) T_c / ‖x−y‖², that of a surface behind the medium p_σ Σ P_c T_c |cos θ_y| / ‖x−y‖². Fixed probabilities make
-//! it local: the density from the other side has the same form.
+//! A walk draws the distance to the next vertex by T of one channel, which it picks with
+//! probability P_c = 1/3. The density of a point y of the medium is the mixture p_σ Σ P_c
+//! σ_{t,c}(y) T_c / ‖x−y‖², that of a surface behind the medium p_σ Σ P_c T_c |cos θ_y| / ‖x−y‖².
+//! Fixed probabilities make it local: the density from the other side has the same form.
 
 mod phase;
 

@@ -1,7 +1,8 @@
 //! Phase functions: where a medium scatters to.
 //!
-//! Both directions point away from the vertex, as everywhere: cos θ = −ω_from·ω_to, so that θ = 0 goes straight on. All are functions of θ
-//! alone, hence reciprocal, and are sampled exactly: f/p is the albedo.
+//! Both directions point away from the vertex, as everywhere: cos θ = −ω_from·ω_to, so that θ = 0
+//! goes straight on. All are functions of θ alone, hence reciprocal, and are sampled exactly: f/p
+//! is the albedo.
 
 use std::f64::consts::{PI, TAU};
 
@@ -68,7 +69,8 @@ impl Phase {
         match self {
             Phase::Isotropic => 0.25 / PI,
             Phase::HenyeyGreenstein { g } => {
-                // 1 + g² − 2g cos θ without the cancellation at its least: (1 − |g|)² + |g| ‖ω_to ± ω_from‖².
+                // 1 + g² − 2g cos θ without the cancellation at its least: (1 − |g|)² + |g| ‖ω_to ±
+                // ω_from‖².
                 let (from, to) = (from.as_dvec3(), to.as_dvec3());
                 let apart = if *g >= 0.0 { from + to } else { from - to };
                 let (a, rest) = (g.abs(), 1.0 - g.abs());
@@ -120,7 +122,8 @@ impl Phase {
         }
     }
 
-    /// Numbers by which [`Phase::sample`] makes `to`, by the uniform number `free` where several do.
+    /// Numbers by which [`Phase::sample`] makes `to`, by the uniform number `free` where several
+    /// do.
     pub fn invert(&self, from: Vec3, to: Vec3, free: f32) -> [f32; 3] {
         let local = Frame::from_normal(-from).to_local(to).as_dvec3();
         let turn = local.y.atan2(local.x) / TAU;

@@ -26,7 +26,8 @@ impl Scene {
         self.medium(point.medium).filter(|m| !m.scattering().is_black())
     }
 
-    /// True where a connection may end at a vertex that is seen from `w`: [`Scene::is_connectible`] at surfaces.
+    /// True where a connection may end at a vertex that is seen from `w`: [`Scene::is_connectible`]
+    /// at surfaces.
     #[inline]
     pub fn connects_at(&self, vertex: &Vertex, w: Vec3) -> bool {
         match vertex {

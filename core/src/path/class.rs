@@ -20,8 +20,8 @@ impl From<&Emitter> for Origin {
     }
 }
 
-/// What a walk remembers of its surface vertices to name the families of techniques that could have made its path; agrees with
-/// [`super::families()`], which looks at the whole path.
+/// What a walk remembers of its surface vertices to name the families of techniques that could have
+/// made its path; agrees with [`super::families()`], which looks at the whole path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WalkClass {
     vertices: u32,
@@ -45,7 +45,8 @@ impl WalkClass {
         self.vertices += 1;
     }
 
-    /// The families for a path whose inner vertices are those pushed so far, by a walk from the sensor (radiance) or the emitter (importance).
+    /// The families for a path whose inner vertices are those pushed so far, by a walk from the
+    /// sensor (radiance) or the emitter (importance).
     #[inline]
     pub fn families(&self, mode: TransportMode, origin: Origin, pinhole: bool) -> Families {
         let techniques = self.techniques(mode, origin.delta, pinhole);
@@ -74,7 +75,8 @@ impl WalkClass {
             | Families::MERGE.when(self.any_non_specular)
     }
 
-    /// The families for the path that joins a light subpath and a sensor subpath (either may hold no surface vertex).
+    /// The families for the path that joins a light subpath and a sensor subpath (either may hold
+    /// no surface vertex).
     #[inline]
     pub fn join(light: &WalkClass, sensor: &WalkClass, origin: Origin, pinhole: bool) -> Families {
         let whole = WalkClass {

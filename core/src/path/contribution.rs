@@ -3,8 +3,10 @@
 use super::{Path, Vertex};
 use crate::scene::Scene;
 
-/// f(x̄) = L_e(x₀→x₁) G T(x₀,x₁) Π f̄(x_i) G T(x_i,x_{i+1}) · W_e(x_{k−1}→x_k) per channel (Veach 1997, eq. 8.7; T is 1 without media), visibility not
-/// included ([`Scene::visible`] tells it); relative to the delta functions of specular vertices. 0 where the path does not reach the crop window.
+/// f(x̄) = L_e(x₀→x₁) G T(x₀,x₁) Π f̄(x_i) G T(x_i,x_{i+1}) · W_e(x_{k−1}→x_k) per channel (Veach
+/// 1997, eq. 8.7; T is 1 without media), visibility not included ([`Scene::visible`] tells it);
+/// relative to the delta functions of specular vertices. 0 where the path does not reach the crop
+/// window.
 pub fn contribution(scene: &Scene, path: &Path) -> [f64; 3] {
     let v = &path.vertices;
     let k = path.length();

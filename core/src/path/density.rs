@@ -30,7 +30,8 @@ impl Technique {
 /// The rules by which walks end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WalkRules {
-    /// Longest path in edges; `None` is unlimited. 1 is directly seen emission only (Mitsuba's max_depth).
+    /// Longest path in edges; `None` is unlimited. 1 is directly seen emission only (Mitsuba's
+    /// max_depth).
     pub max_length: Option<u32>,
     /// Russian roulette plays at vertex i of a subpath (its first vertex is 0) for i ≥ `rr_depth`.
     pub rr_depth: u32,
@@ -50,8 +51,9 @@ impl WalkRules {
     }
 }
 
-/// Whether technique (s, t) can make the path: hits need an emitter or lens of positive measure, connections need ends whose
-/// events are not specular. The one predicate; a density is never asked to say "impossible".
+/// Whether technique (s, t) can make the path: hits need an emitter or lens of positive measure,
+/// connections need ends whose events are not specular. The one predicate; a density is never asked
+/// to say "impossible".
 pub fn samplable(scene: &Scene, path: &Path, technique: Technique, rules: &WalkRules) -> bool {
     let Technique { s, t } = technique;
     let v = &path.vertices;
@@ -89,10 +91,11 @@ pub fn families(scene: &Scene, path: &Path, rules: &WalkRules) -> Families {
     all | Families::FAR.when(far && all != Families::NONE)
 }
 
-/// ln p_{s,t}(x̄), roulette and choice of emitter included (Veach 1997, §10.2); `None` where the technique can not
-/// make the path ([`samplable`]) or has density 0 there.
+/// ln p_{s,t}(x̄), roulette and choice of emitter included (Veach 1997, §10.2); `None` where the
+/// technique can not make the path ([`samplable`]) or has density 0 there.
 ///
-/// x₀ of s = 1, t ≥ 2 is sampled for x₁ (next-event estimation), of every other technique by the light subpath.
+/// x₀ of s = 1, t ≥ 2 is sampled for x₁ (next-event estimation), of every other technique by the
+/// light subpath.
 pub fn ln_density(
     scene: &Scene,
     path: &Path,

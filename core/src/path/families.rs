@@ -6,8 +6,9 @@ use std::ops::BitOr;
 /// A set of families of sampling techniques (s emitter-side, t sensor-side vertices).
 ///
 /// A path carries the set of families that can make it at all, an integrator the set it uses; two
-/// integrators agree on the paths that both can make. A pinhole cannot see a caustic directly seen in a mirror by t = 1,
-/// a path tracer cannot see the caustic of a point light: comparisons leave such paths out by name.
+/// integrators agree on the paths that both can make. A pinhole cannot see a caustic directly seen
+/// in a mirror by t = 1, a path tracer cannot see the caustic of a point light: comparisons leave
+/// such paths out by name.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Families(u8);
 
@@ -24,12 +25,15 @@ impl Families {
     pub const T1: Families = Families(8);
     /// t = 0: the light subpath hits the lens.
     pub const T0: Families = Families(16);
-    /// A light and a sensor subpath that end near each other are merged (photon mapping; Georgiev et al. 2012).
+    /// A light and a sensor subpath that end near each other are merged (photon mapping; Georgiev
+    /// et al. 2012).
     pub const MERGE: Families = Families(32);
     /// Every technique.
     pub const ALL: Families = Families(63);
-    /// No technique but a mark: the path starts on an emitter at infinity. No integrator has it and a path always has others beside it, so that it never
-    /// says who can make a path; it keeps light of the surroundings apart from that of lamps, of which one may be rare where the other is common.
+    /// No technique but a mark: the path starts on an emitter at infinity. No integrator has it and
+    /// a path always has others beside it, so that it never says who can make a path; it keeps
+    /// light of the surroundings apart from that of lamps, of which one may be rare where the other
+    /// is common.
     pub const FAR: Families = Families(64);
 
     /// The family of technique (s, t).

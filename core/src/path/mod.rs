@@ -1,7 +1,8 @@
 //! Paths, their measurement contribution and the densities of the techniques that make them.
 //!
-//! I_j = ∫_Ω f_j(x̄) dμ(x̄), f(x̄) = L_e(x₀→x₁) G f̄_s G … G W_e(x_{k−1}→x_k) (Veach 1997, eq. 8.7). The functions here
-//! take a whole path and work in `f64`: slow, plain, and what every fast recursion is tested against.
+//! I_j = ∫_Ω f_j(x̄) dμ(x̄), f(x̄) = L_e(x₀→x₁) G f̄_s G … G W_e(x_{k−1}→x_k) (Veach 1997, eq.
+//! 8.7). The functions here take a whole path and work in `f64`: slow, plain, and what every fast
+//! recursion is tested against.
 
 mod at_vertex;
 mod class;

@@ -1,17 +1,20 @@
-//! Scattering at a surface point in path space: shading normals, adjoint factor and roulette in one place.
+//! Scattering at a surface point in path space: shading normals, adjoint factor and roulette in one
+//! place.
 //!
-//! Path space has one BSDF per vertex, f̄(ω_l, ω_c), with ω_l towards the emitter and ω_c towards the sensor, and G with
-//! geometric normals. A shading normal n_s turns it into (Veach 1997, §5.3)
+//! Path space has one BSDF per vertex, f̄(ω_l, ω_c), with ω_l towards the emitter and ω_c towards
+//! the sensor, and G with geometric normals. A shading normal n_s turns it into (Veach 1997, §5.3)
 //!
 //! f̄ = f(ω_c, ω_l) |ω_l·n_s| / |ω_l·n_g| .
 //!
-//! Walks from the sensor then carry f |ω_l·n_s|, walks from the emitter carry f |ω_c·n_s| times the adjoint factor
+//! Walks from the sensor then carry f |ω_l·n_s|, walks from the emitter carry f |ω_c·n_s| times the
+//! adjoint factor
 //! |ω_l·n_s||ω_c·n_g| / (|ω_l·n_g||ω_c·n_s|) (eq. 5.19).
 //!
-//! A specular component has coefficient c and probability m. Densities on the two sides of a refraction live in measures that differ by n²
-//! (n² dσ⊥ is invariant), so a specular event counts in densities as m n_to² |ω_to·n_s| per solid angle and in f̄
-//! as c_radiance n_l² |ω_l·n_s|/|ω_l·n_g|, n_s the normal that the component is about: relative to one common delta function, the same from both
-//! sides, so that ratios of densities, and quotients f/p, are exact.
+//! A specular component has coefficient c and probability m. Densities on the two sides of a
+//! refraction live in measures that differ by n² (n² dσ⊥ is invariant), so a specular event counts
+//! in densities as m n_to² |ω_to·n_s| per solid angle and in f̄ as c_radiance n_l²
+//! |ω_l·n_s|/|ω_l·n_g|, n_s the normal that the component is about: relative to one common delta
+//! function, the same from both sides, so that ratios of densities, and quotients f/p, are exact.
 
 use glam::Vec3;
 
@@ -34,8 +37,9 @@ pub struct ScatterSample {
     pub pdf: Density<SolidAngle>,
     /// Which component was taken.
     pub event: Event,
-    /// Probability to survive Russian roulette here, where roulette plays: min(max weight, 0.95), the compression of radiance by η²
-    /// left out. It depends on this event alone, so that it is part of the density from both sides.
+    /// Probability to survive Russian roulette here, where roulette plays: min(max weight, 0.95),
+    /// the compression of radiance by η² left out. It depends on this event alone, so that it is
+    /// part of the density from both sides.
     pub survival: Mass,
 }
 
@@ -57,7 +61,8 @@ pub struct TwoWayScatter {
     pub value: Rgb,
     /// Density of the walk that came here and would have gone on along the connection.
     pub forward: Density<SolidAngle>,
-    /// Density of the opposite walk, that came along the connection and would have gone on to where this walk came from.
+    /// Density of the opposite walk, that came along the connection and would have gone on to where
+    /// this walk came from.
     pub backward: Density<SolidAngle>,
     /// Survival of roulette on the way forward.
     pub survival_forward: Mass,
@@ -80,7 +85,8 @@ impl Scene {
         if f.is_black() { f } else { f * shading_ratio(point, to_light, l.z) }
     }
 
-    /// Everything a connection needs at a vertex that a walk reached from `from` and could have left towards `to`; non-specular components only.
+    /// Everything a connection needs at a vertex that a walk reached from `from` and could have
+    /// left towards `to`; non-specular components only.
     #[inline]
     pub fn evaluate_scatter(
         &self,
@@ -107,7 +113,8 @@ impl Scene {
         Some(ScatterValue { value, pdf, survival: survival(weight.max_channel()) })
     }
 
-    /// Samples the next direction of a walk that came from `from`. In radiance mode the walk comes from the sensor.
+    /// Samples the next direction of a walk that came from `from`. In radiance mode the walk comes
+    /// from the sensor.
     #[inline]
     pub fn sample_scatter(
         &self,
@@ -145,8 +152,9 @@ impl Scene {
         Some(ScatterSample { direction, weight, pdf, event, survival: survival(uncompressed) })
     }
 
-    /// Value and both densities at an end of a connection: a walk in `mode` came from `from` and is connected towards `to`. `None`
-    /// where nothing is scattered that way by a non-specular component.
+    /// Value and both densities at an end of a connection: a walk in `mode` came from `from` and is
+    /// connected towards `to`. `None` where nothing is scattered that way by a non-specular
+    /// component.
     #[inline]
     pub fn connect_scatter(
         &self,
@@ -191,8 +199,9 @@ impl Scene {
         })
     }
 
-    /// Density and survival of the step from `from` to `to` by `event`; `None` where the walk can not go that way. Of a specular
-    /// component `to` is taken for the direction that it leads to, as far as the edges of a path can tell it: only the side is checked.
+    /// Density and survival of the step from `from` to `to` by `event`; `None` where the walk can
+    /// not go that way. Of a specular component `to` is taken for the direction that it leads to,
+    /// as far as the edges of a path can tell it: only the side is checked.
     pub fn scatter_event(
         &self,
         point: &SurfacePoint,
@@ -234,7 +243,8 @@ impl Scene {
         Some((pdf, survival(weight.max_channel())))
     }
 
-    /// f̄(ω_l, ω_c) of a vertex where `event` happens; of a specular component relative to the common delta function.
+    /// f̄(ω_l, ω_c) of a vertex where `event` happens; of a specular component relative to the
+    /// common delta function.
     pub fn scatter_value(
         &self,
         point: &SurfacePoint,
@@ -259,7 +269,8 @@ impl Scene {
     }
 }
 
-/// f(ω_o, ω_i) without the compression of radiance across a boundary: as importance has it. `f` is the value in `mode`.
+/// f(ω_o, ω_i) without the compression of radiance across a boundary: as importance has it. `f` is
+/// the value in `mode`.
 #[inline]
 fn uncompressed(bsdf: &Bsdf, f: Rgb, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
     match mode {
@@ -270,8 +281,9 @@ fn uncompressed(bsdf: &Bsdf, f: Rgb, wo: Vec3, wi: Vec3, mode: TransportMode) ->
     }
 }
 
-/// Cosines below this are rounding: positions and normals are `f32`. A direction so near to a tangent plane scatters nothing where n_s ≠ n_g,
-/// because the quotient of cosines would be noise without bound there; it holds about 10⁻⁶ of the directions.
+/// Cosines below this are rounding: positions and normals are `f32`. A direction so near to a
+/// tangent plane scatters nothing where n_s ≠ n_g, because the quotient of cosines would be noise
+/// without bound there; it holds about 10⁻⁶ of the directions.
 const MIN_COSINE: f32 = 1e-6;
 
 /// |ω·n_s| / |ω·n_g|.

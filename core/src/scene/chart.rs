@@ -1,4 +1,5 @@
-//! Equal-area charts of surfaces: what a method that meshes surfaces (finite elements) needs to know of them.
+//! Equal-area charts of surfaces: what a method that meshes surfaces (finite elements) needs to
+//! know of them.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,8 +8,8 @@ use glam::{DVec3, Vec3};
 use super::shape::{Shape, ShapeKind};
 use super::{Scene, SurfacePoint};
 
-/// Maps the unit square, or its half u + v ≤ 1 for a triangle, onto one smooth piece of a surface so that equal areas stay equal:
-/// dA = area · du dv (twice that for a triangle).
+/// Maps the unit square, or its half u + v ≤ 1 for a triangle, onto one smooth piece of a surface
+/// so that equal areas stay equal: dA = area · du dv (twice that for a triangle).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Index of the shape.
@@ -151,7 +152,8 @@ pub(super) fn affine(q: DVec3, a: DVec3, b: DVec3) -> [f64; 2] {
 }
 
 impl Scene {
-    /// Charts that cover every surface once, in the order of primitives within each shape. A primitive without area has none.
+    /// Charts that cover every surface once, in the order of primitives within each shape. A
+    /// primitive without area has none.
     pub fn charts(&self) -> Vec<Chart> {
         let mut charts = Vec::new();
         for (index, shape) in self.shapes().iter().enumerate().filter(|(_, s)| !s.passed) {
@@ -222,7 +224,8 @@ impl Scene {
         (a, b - a, c - a)
     }
 
-    /// The parallelogram whose halves are the triangles `prim` (corners 0, 1, 2) and the next one (0, 2, 3).
+    /// The parallelogram whose halves are the triangles `prim` (corners 0, 1, 2) and the next one
+    /// (0, 2, 3).
     fn parallelogram(&self, prim: u32) -> Map {
         let (o, u, _) = self.corner(prim);
         let (_, _, v) = self.corner(prim + 1);

@@ -5,9 +5,11 @@ use glam::{DVec3, Vec3};
 use super::{Scene, ShapeKind, SurfacePoint};
 
 impl Scene {
-    /// Change of the shading normal n_s per step `d` along the surface (a vector in the tangent plane of n_g): dn_s = ∂n_s/∂p · d.
+    /// Change of the shading normal n_s per step `d` along the surface (a vector in the tangent
+    /// plane of n_g): dn_s = ∂n_s/∂p · d.
     ///
-    /// 0 on flat surfaces, d/R on spheres, the part across the axis over R on cylinders; on meshes the derivative of the interpolated normal.
+    /// 0 on flat surfaces, d/R on spheres, the part across the axis over R on cylinders; on meshes
+    /// the derivative of the interpolated normal.
     pub fn normal_change(&self, point: &SurfacePoint, d: DVec3) -> DVec3 {
         let Some(shape) = self.shapes.get(point.shape as usize) else { return DVec3::ZERO };
         let sign = f64::from(shape.sign);

@@ -12,8 +12,8 @@ use crate::math::{Frame, warp};
 use crate::random::{PrimarySample, nearest_coordinate_in};
 
 impl Scene {
-    /// Numbers (lobe, direction) by which [`Scene::sample_scatter`] takes a walk that came from `from` on towards `to` by `event`; see
-    /// [`Bsdf::invert`](crate::bsdf::Bsdf::invert).
+    /// Numbers (lobe, direction) by which [`Scene::sample_scatter`] takes a walk that came from
+    /// `from` on towards `to` by `event`; see [`Bsdf::invert`](crate::bsdf::Bsdf::invert).
     pub fn invert_scatter<U: PrimarySample>(
         &self,
         point: &SurfacePoint,
@@ -26,8 +26,8 @@ impl Scene {
         self.bsdf(point).invert(wo, wi, event, free)
     }
 
-    /// Inverse of uniform sampling of the area of the shape that `point` lies on. `None` for a mesh that does not emit: its areas are
-    /// not kept.
+    /// Inverse of uniform sampling of the area of the shape that `point` lies on. `None` for a mesh
+    /// that does not emit: its areas are not kept.
     pub fn invert_area(&self, point: &SurfacePoint) -> Option<[f32; 2]> {
         let shape = &self.shapes()[point.shape as usize];
         let p = point.p.as_dvec3();

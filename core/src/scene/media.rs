@@ -1,10 +1,12 @@
 //! Media along edges: which one is where, transmittance, free flights.
 //!
-//! Index-matched surfaces are no vertices where there are media. They live in a tree of their own, so that visibility is that of the other surfaces, to the
-//! bit, and an edge asks the tree of boundaries only for where it passes from one medium into another.
+//! Index-matched surfaces are no vertices where there are media. They live in a tree of their own,
+//! so that visibility is that of the other surfaces, to the bit, and an edge asks the tree of
+//! boundaries only for where it passes from one medium into another.
 //!
-//! What a boundary says of its near side holds for the piece of an edge before it. Only where an edge meets no boundary the medium is the one that
-//! its vertices know. A boundary within [`TOUCHING`] of a surface that an edge starts or ends on is not passed, so that a medium may
+//! What a boundary says of its near side holds for the piece of an edge before it. Only where an
+//! edge meets no boundary the medium is the one that its vertices know. A boundary within
+//! [`TOUCHING`] of a surface that an edge starts or ends on is not passed, so that a medium may
 //! fill a room to its walls.
 
 use glam::{DVec3, Vec3};
@@ -21,7 +23,8 @@ use crate::vertex::Vertex;
 /// How near a boundary may be to a surface and count as lying on it, in the normalised scene.
 pub(super) const TOUCHING: f64 = 1e-5;
 
-/// Vertices keep this distance from the ends of their piece of an edge, so that rounding leaves them inside.
+/// Vertices keep this distance from the ends of their piece of an edge, so that rounding leaves
+/// them inside.
 const INSIDE: f64 = 1e-6;
 
 /// Half a step of the random numbers' grid: no flight has length 0.
@@ -111,8 +114,8 @@ impl Scene {
         }
     }
 
-    /// T(x, y) = exp(−∫σ_t) per channel along the edge, whatever surfaces stand between ([`Scene::visible`] tells it). Symmetric to the bit;
-    /// white where there are no media.
+    /// T(x, y) = exp(−∫σ_t) per channel along the edge, whatever surfaces stand between
+    /// ([`Scene::visible`] tells it). Symmetric to the bit; white where there are no media.
     #[inline]
     pub fn transmittance(&self, x: &Vertex, y: &Vertex) -> Rgb {
         match &self.volumes {
@@ -155,8 +158,8 @@ impl Scene {
         depth.transmittance()
     }
 
-    /// Follows an edge of a walk from vertex `start` along `ray` to where it scatters: in a medium, at a distance drawn with the given
-    /// numbers (channel, distance), or on the surface behind.
+    /// Follows an edge of a walk from vertex `start` along `ray` to where it scatters: in a medium,
+    /// at a distance drawn with the given numbers (channel, distance), or on the surface behind.
     pub fn fly(&self, start: &Vertex, ray: &Ray, numbers: [f32; 2]) -> Flight {
         let mut surface = self.intersect(ray);
         let Some(volumes) = &self.volumes else {
@@ -212,7 +215,8 @@ impl Scene {
         Flight { end: surface.map(Vertex::Surface), transmittance }
     }
 
-    /// Density of a free flight that ends at `end`, with T of its edge: Σ P_c σ_{t,c} T_c per length in a medium, Σ P_c T_c behind it.
+    /// Density of a free flight that ends at `end`, with T of its edge: Σ P_c σ_{t,c} T_c per
+    /// length in a medium, Σ P_c T_c behind it.
     #[inline]
     pub fn flight_density(&self, end: &Vertex, transmittance: Rgb) -> f64 {
         let t = transmittance.to_array().map(f64::from);
@@ -222,8 +226,8 @@ impl Scene {
         (sigma[0] * t[0] + sigma[1] * t[1] + sigma[2] * t[2]) / 3.0
     }
 
-    /// Numbers (channel, distance) by which [`Scene::fly`] follows the edge from `start` to `end`, uniform among all that do where `free` is. `None`
-    /// where no flight gets there.
+    /// Numbers (channel, distance) by which [`Scene::fly`] follows the edge from `start` to `end`,
+    /// uniform among all that do where `free` is. `None` where no flight gets there.
     pub fn invert_flight<U: PrimarySample>(
         &self,
         start: &Vertex,
@@ -257,8 +261,9 @@ impl Scene {
         Some([pick, distance])
     }
 
-    /// Calls `piece` with each piece of an edge that ends on a boundary nearer than `end`, until it says false. Returns the
-    /// medium of the last piece and where that begins; `None` where `piece` said false. Distances are from the edge's start.
+    /// Calls `piece` with each piece of an edge that ends on a boundary nearer than `end`, until it
+    /// says false. Returns the medium of the last piece and where that begins; `None` where `piece`
+    /// said false. Distances are from the edge's start.
     fn pieces(
         &self,
         volumes: &Volumes,
@@ -313,7 +318,8 @@ struct Way {
     touching: f64,
 }
 
-/// An order of points: first the one with the smaller coordinates, where a rounded direction does least harm.
+/// An order of points: first the one with the smaller coordinates, where a rounded direction does
+/// least harm.
 fn order(p: Vec3, q: Vec3) -> std::cmp::Ordering {
     let (near, far) = (p.abs().max_element(), q.abs().max_element());
     let lexicographic =

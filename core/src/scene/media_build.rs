@@ -1,8 +1,9 @@
-//! Media of a description: indices checked, boundaries checked for being closed, and what stands in which medium.
+//! Media of a description: indices checked, boundaries checked for being closed, and what stands in
+//! which medium.
 //!
-//! Rays through the whole scene tell whether boundaries fit together: what one says of the medium behind it, the next one must say of
-//! the medium before it. A surface that bounds nothing may hide the rest of a medium (a floor that closes a box of fog), so that nothing is said
-//! across it.
+//! Rays through the whole scene tell whether boundaries fit together: what one says of the medium
+//! behind it, the next one must say of the medium before it. A surface that bounds nothing may hide
+//! the rest of a medium (a floor that closes a box of fog), so that nothing is said across it.
 
 use glam::Vec3;
 
@@ -146,7 +147,8 @@ impl Scene {
         Some(Passed { t, shape, sides, matched: false, rest })
     }
 
-    /// The medium around `p` by the first boundary in one of some directions, all on the side of `n`; `None` where none is met.
+    /// The medium around `p` by the first boundary in one of some directions, all on the side of
+    /// `n`; `None` where none is met.
     fn around(&self, p: Vec3, n: Option<Vec3>) -> Option<MediumIndex> {
         let mut hidden = None;
         for i in 0..14 {
@@ -167,7 +169,8 @@ impl Scene {
                     hidden = hidden.or(Some(near));
                     break;
                 }
-                // What is behind such a surface is most likely the same medium, but another direction may tell for sure.
+                // What is behind such a surface is most likely the same medium, but another
+                // direction may tell for sure.
                 clear &= passed.matched;
                 (ray, on_matched) = (passed.rest, passed.matched);
             }
@@ -227,7 +230,8 @@ impl Scene {
             let [a, b] = [warp::uniform_sphere(u.next2()), warp::uniform_sphere(u.next2())];
             let (from, to) = (ball.center + a * (2.0 * ball.radius), ball.center + b * ball.radius);
             let mut ray = Ray::new(from, (to - from).normalize());
-            // The medium behind the last boundary and which that was; nothing is known behind other surfaces.
+            // The medium behind the last boundary and which that was; nothing is known behind other
+            // surfaces.
             let (mut known, mut first, mut t, mut on_matched) = (None, true, 0.0, false);
             for _ in 0..MOST {
                 let Some(passed) = self.next_surface(&ray, on_matched) else { break };

@@ -77,8 +77,8 @@ impl Scene {
         self.normalisation
     }
 
-    /// What cannot come out right in this scene because its numbers are too far apart for f32: one sentence each, with the
-    /// name of the shape or sensor and the ratio. Empty for most scenes.
+    /// What cannot come out right in this scene because its numbers are too far apart for f32: one
+    /// sentence each, with the name of the shape or sensor and the ratio. Empty for most scenes.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -94,8 +94,8 @@ impl Scene {
         &self.accel
     }
 
-    /// The scattering model at a point. Textures are looked up once for each hit: what they make of the model is kept for
-    /// connections, densities and weights ([`crate::bsdf::Resolved`]).
+    /// The scattering model at a point. Textures are looked up once for each hit: what they make of
+    /// the model is kept for connections, densities and weights ([`crate::bsdf::Resolved`]).
     #[inline]
     pub fn bsdf(&self, point: &SurfacePoint) -> Resolved<'_> {
         let model = &self.materials[point.material as usize];

@@ -22,11 +22,13 @@ pub struct Shape {
     pub(crate) first: u32,
     /// Of a cylinder: the directions from its axis at which φ is 0 and π/2.
     pub(crate) around: [Vec3; 2],
-    /// The media on the side of the normal and behind, where it bounds one; of an emitter those around it.
+    /// The media on the side of the normal and behind, where it bounds one; of an emitter those
+    /// around it.
     pub(crate) media: [MediumIndex; 2],
     /// True where it bounds a medium.
     pub(crate) bounds: bool,
-    /// True where edges go through it: index-matched, in a scene with media. It is in the tree of boundaries then.
+    /// True where edges go through it: index-matched, in a scene with media. It is in the tree of
+    /// boundaries then.
     pub(crate) passed: bool,
 }
 
@@ -83,7 +85,8 @@ pub(crate) enum AreaSample {
 }
 
 impl Shape {
-    /// Area in the normalised scene; over `scale`² of [`super::Normalisation`] it is that in world units.
+    /// Area in the normalised scene; over `scale`² of [`super::Normalisation`] it is that in world
+    /// units.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -127,8 +130,8 @@ impl Shape {
         }
     }
 
-    /// A point of the parallelogram that the triangles `first + offset` (corners 0, 1, 2) and the next one
-    /// (corners 0, 2, 3) tile.
+    /// A point of the parallelogram that the triangles `first + offset` (corners 0, 1, 2) and the
+    /// next one (corners 0, 2, 3) tile.
     fn parallelogram(&self, offset: u32, [u, v]: [f32; 2]) -> AreaSample {
         let prim = self.first + offset;
         // Corner 0 is (0,0), 1 is (1,0), 2 is (1,1), 3 is (0,1).

@@ -9,7 +9,8 @@ use super::{Scene, SurfacePoint};
 use crate::bsdf::Tangents;
 
 impl Scene {
-    /// ∂p/∂u and ∂p/∂v at a point, in its shading frame; 0 where texture coordinates do not change over a triangle.
+    /// ∂p/∂u and ∂p/∂v at a point, in its shading frame; 0 where texture coordinates do not change
+    /// over a triangle.
     pub(crate) fn tangents(&self, point: &SurfacePoint) -> Tangents {
         let shape = &self.shapes()[point.shape as usize];
         let local = (point.prim - shape.first) as usize;

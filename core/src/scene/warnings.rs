@@ -1,4 +1,5 @@
-//! What f32 cannot hold: shapes that are small beside their distance from the origin, films finer than directions, beams that are too wide.
+//! What f32 cannot hold: shapes that are small beside their distance from the origin, films finer
+//! than directions, beams that are too wide.
 
 use glam::DVec3;
 
@@ -20,7 +21,8 @@ const SPACINGS: f64 = 1000.0;
 /// Pixels that are fewer spacings of directions wide than this are warned about.
 const DIRECTIONS: f64 = 4.0;
 
-/// Beams from infinity are sampled by 24 bits: shapes smaller than this part of the beam are warned about.
+/// Beams from infinity are sampled by 24 bits: shapes smaller than this part of the beam are warned
+/// about.
 const BEAM: f64 = 1e-5;
 
 /// A shape's name and size in the normalised scene.

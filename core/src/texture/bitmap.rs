@@ -68,7 +68,8 @@ impl Bitmap {
         Ok(Bitmap { width, height, channels, texels: Texels::Floats(data) })
     }
 
-    /// From bytes, 1 or 3 for each texel: with the transfer function of sRGB where `srgb`, as v/255 where not.
+    /// From bytes, 1 or 3 for each texel: with the transfer function of sRGB where `srgb`, as v/255
+    /// where not.
     ///
     /// # Errors
     /// Sizes that do not fit.

@@ -1,6 +1,7 @@
 //! Colours that vary over a surface, as functions of its texture coordinates (u, v).
 //!
-//! Textures are plain values: a description and the built scene share them. Materials evaluate them once for each hit.
+//! Textures are plain values: a description and the built scene share them. Materials evaluate them
+//! once for each hit.
 
 mod bitmap;
 
@@ -101,8 +102,8 @@ impl Texture {
         }
     }
 
-    /// One number at (u, v), for roughness and the like: the luminance of the colour. Of a checkerboard it is that of the other square, as in
-    /// Mitsuba 3.
+    /// One number at (u, v), for roughness and the like: the luminance of the colour. Of a
+    /// checkerboard it is that of the other square, as in Mitsuba 3.
     pub fn eval_scalar(&self, uv: Vec2) -> f32 {
         match self {
             Texture::Checkerboard { colors, to_uv } => {
@@ -115,7 +116,8 @@ impl Texture {
         }
     }
 
-    /// Derivatives of [`Texture::eval_scalar`] by u and v; of an image between the centres of its texels, 0 where it jumps.
+    /// Derivatives of [`Texture::eval_scalar`] by u and v; of an image between the centres of its
+    /// texels, 0 where it jumps.
     pub fn gradient(&self, uv: Vec2) -> Vec2 {
         match self {
             Texture::Constant(_) | Texture::Checkerboard { .. } => Vec2::ZERO,
@@ -124,7 +126,8 @@ impl Texture {
         }
     }
 
-    /// Mean over one period, for the choice among emitters and lobes: not exact under clamped borders.
+    /// Mean over one period, for the choice among emitters and lobes: not exact under clamped
+    /// borders.
     pub fn mean(&self) -> Rgb {
         match self {
             Texture::Constant(c) => *c,

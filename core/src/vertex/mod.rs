@@ -100,7 +100,8 @@ impl Vertex {
         }
     }
 
-    /// The unbounded ray that leaves a scattering vertex in direction `d`; `None` at other vertices.
+    /// The unbounded ray that leaves a scattering vertex in direction `d`; `None` at other
+    /// vertices.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Option<Ray> {
         match self {

@@ -20,8 +20,8 @@ pub struct SurfacePoint {
     pub n_g: Vec3,
     /// Shading frame; its `n` is n_s.
     pub frame: Frame,
-    /// Bound on the distance between `p` and the exact surface; it depends on the coordinates of `p` and the size of
-    /// the primitive alone, not on what else is in the scene.
+    /// Bound on the distance between `p` and the exact surface; it depends on the coordinates of
+    /// `p` and the size of the primitive alone, not on what else is in the scene.
     pub error: f32,
     /// Index of the shape.
     pub shape: u32,
@@ -48,15 +48,16 @@ impl SurfacePoint {
         (self.emitter != NO_EMITTER).then_some(self.emitter)
     }
 
-    /// The unbounded ray that leaves in direction `d`, its origin moved off the surface to the side of `d` by the
-    /// error bound of the position. It does not meet its own triangle again.
+    /// The unbounded ray that leaves in direction `d`, its origin moved off the surface to the side
+    /// of `d` by the error bound of the position. It does not meet its own triangle again.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
         Ray { from: self.prim, ..Ray::new(offset_origin(self.p, self.n_g, self.error, d), d) }
     }
 
-    /// The unit direction in which [`SurfacePoint::spawn`] meets `next`: not quite the edge's own, because the ray starts beside the point. Without that, walks
-    /// laid along a given path would miss its vertices by the offset, always to the same side.
+    /// The unit direction in which [`SurfacePoint::spawn`] meets `next`: not quite the edge's own,
+    /// because the ray starts beside the point. Without that, walks laid along a given path would
+    /// miss its vertices by the offset, always to the same side.
     pub fn aim(&self, next: &Vertex) -> Vec3 {
         let d = next.direction_from(self.p);
         match next.position() {

@@ -1,4 +1,5 @@
-//! Every technique (s, t): a path out of a light and a sensor subpath, f/p without visibility, and what its weight needs.
+//! Every technique (s, t): a path out of a light and a sensor subpath, f/p without visibility, and
+//! what its weight needs.
 //!
 //! | technique | s, t | f/p | x₀ … x_{s−1} and x_s … x_k come from |
 //! | --- | --- | --- | --- |
@@ -8,7 +9,8 @@
 //! | hit of the lens | t = 0 | α_y W_e | the light subpath alone |
 //! | connection | s, t ≥ 2 | α_y f̄ G V f̄ α_z | both |
 //!
-//! α is the throughput of Veach 1997, §10.2.1: everything before the scattering at a subpath's last vertex over its density.
+//! α is the throughput of Veach 1997, §10.2.1: everything before the scattering at a subpath's last
+//! vertex over its density.
 
 use glam::Vec2;
 
@@ -28,7 +30,8 @@ use crate::scene::Scene;
 pub struct Connection<'a> {
     /// f/p without V.
     pub value: Rgb,
-    /// Where the path lands on the film: known for t ≤ 1, else the film position of the sensor subpath.
+    /// Where the path lands on the film: known for t ≤ 1, else the film position of the sensor
+    /// subpath.
     pub film: Option<Vec2>,
     /// Index of the emitter.
     pub emitter: u32,
@@ -55,10 +58,12 @@ impl WalkVertex {
     }
 }
 
-/// Joins the first `s` vertices of a light subpath and the first `t` of a sensor subpath. `None` where the technique does not
-/// take part, can not make the path or the path carries nothing; visibility is the caller's ([`Connection::is_visible`]).
+/// Joins the first `s` vertices of a light subpath and the first `t` of a sensor subpath. `None`
+/// where the technique does not take part, can not make the path or the path carries nothing;
+/// visibility is the caller's ([`Connection::is_visible`]).
 ///
-/// For s = 1 with t ≥ 2 the light subpath is one vertex of [`WalkVertex::next_event`]; for t = 1 the sensor subpath is one of [`WalkVertex::on_lens`].
+/// For s = 1 with t ≥ 2 the light subpath is one vertex of [`WalkVertex::next_event`]; for t = 1
+/// the sensor subpath is one of [`WalkVertex::on_lens`].
 #[inline]
 pub fn connect<'a>(
     scene: &Scene,
@@ -221,7 +226,8 @@ fn join<'a>(
         _ => scattered(scene, &walks.light, light, (&edge, &z.vertex, through))?,
     };
     let g = edge.geometry_term();
-    // Next-event estimation divides by the density that x₀ was sampled with, p_direct = d·p_emission.
+    // Next-event estimation divides by the density that x₀ was sampled with, p_direct =
+    // d·p_emission.
     let (own, value) = match (light, sensor) {
         ([x0], _) if next_event => {
             let own = x0.weight.direct;
@@ -255,7 +261,8 @@ fn join<'a>(
     Some(Connection { value, film, emitter, origin, light, sensor, own })
 }
 
-/// An inner vertex at the end of the connecting edge, which leads to a vertex through the transmittance T.
+/// An inner vertex at the end of the connecting edge, which leads to a vertex through the
+/// transmittance T.
 fn scattered(
     scene: &Scene,
     walk: &Walk,
@@ -318,8 +325,8 @@ impl<'a> Connection<'a> {
         weight
     }
 
-    /// The contribution with MIS weight `weight` and a factor (the inverse probability that this connection was picked). `film`: where
-    /// the sensor subpath starts.
+    /// The contribution with MIS weight `weight` and a factor (the inverse probability that this
+    /// connection was picked). `film`: where the sensor subpath starts.
     pub fn contribution(
         &self,
         scene: &Scene,

@@ -11,8 +11,9 @@ use crate::scene::NextDensity;
 use crate::scene::Scene;
 
 impl Walk {
-    /// The subpath of this walk along the vertices of a path, from its own end on, with the densities and events that it would have had;
-    /// throughputs are 1. It ends before the first vertex that the walk can not reach.
+    /// The subpath of this walk along the vertices of a path, from its own end on, with the
+    /// densities and events that it would have had; throughputs are 1. It ends before the first
+    /// vertex that the walk can not reach.
     pub fn lay(&self, scene: &Scene, path: &Path) -> Subpath {
         let k = path.length();
         // Walk order.

@@ -84,13 +84,14 @@ impl Layout {
         }
     }
 
-    /// Numbers of a walk of n ≥ 2 vertices that begins with `start` ones: three for each event between the first and the last vertex, and
-    /// `flight` for each edge.
+    /// Numbers of a walk of n ≥ 2 vertices that begins with `start` ones: three for each event
+    /// between the first and the last vertex, and `flight` for each edge.
     pub fn walk(start: usize, flight: usize, n: usize) -> usize {
         start + 3 * (n - 2) + flight * (n - 1)
     }
 
-    /// How many numbers of each stream mean the same to two techniques of one path: those of the vertices that both walk to.
+    /// How many numbers of each stream mean the same to two techniques of one path: those of the
+    /// vertices that both walk to.
     pub fn shared(scene: &Scene, a: Technique, b: Technique) -> [usize; Stream::COUNT] {
         let (a, b) = (Layout::new(scene, a), Layout::new(scene, b));
         let mut shared = [0; Stream::COUNT];

@@ -1,13 +1,16 @@
 //! Walks: the one place where subpaths grow, are connected and are weighed.
 //!
-//! A walk is a list of [`WalkVertex`] and an [`OpenEdge`] whose end is not known yet. A step traces the edge, makes its end a
-//! vertex ([`Walk::arrive`]) and opens the next edge ([`Walk::scatter`]). Between any two steps a walk can wait, so that a caller may
-//! advance many side by side and trace their rays together; [`Walk::run`] advances one to its end.
+//! A walk is a list of [`WalkVertex`] and an [`OpenEdge`] whose end is not known yet. A step traces
+//! the edge, makes its end a vertex ([`Walk::arrive`]) and opens the next edge ([`Walk::scatter`]).
+//! Between any two steps a walk can wait, so that a caller may advance many side by side and trace
+//! their rays together; [`Walk::run`] advances one to its end.
 //!
-//! In a scene with media an edge may end in a medium: [`OpenEdge::travel`] draws where. Index-matched surfaces are passed on the way.
+//! In a scene with media an edge may end in a medium: [`OpenEdge::travel`] draws where.
+//! Index-matched surfaces are passed on the way.
 //!
-//! What happens at a vertex is known when the walk leaves it: its [`Event`](crate::bsdf::Event), specular or not. A vertex can end a connection where its
-//! material has a non-specular component; in the path that goes on from it the event decides.
+//! What happens at a vertex is known when the walk leaves it: its [`Event`](crate::bsdf::Event),
+//! specular or not. A vertex can end a connection where its material has a non-specular component;
+//! in the path that goes on from it the event decides.
 //!
 //! | step | file |
 //! | --- | --- |

@@ -73,7 +73,8 @@ impl Walks {
         Walks {
             max,
             pinhole,
-            // A lens is met by the edge after vertex max − 1: a walk that ends there would not trace it.
+            // A lens is met by the edge after vertex max − 1: a walk that ends there would not
+            // trace it.
             light: walk(
                 TransportMode::Importance,
                 (max + usize::from(!pinhole)).min(techniques.max_s()),
@@ -113,7 +114,8 @@ impl Walks {
         SensorSubpath { film: sample.film, vertices, escaped }
     }
 
-    /// A light subpath. `on_lens` takes the subpaths that end on a lens on the way (technique t = 0): the lens is no surface of the scene.
+    /// A light subpath. `on_lens` takes the subpaths that end on a lens on the way (technique t =
+    /// 0): the lens is no surface of the scene.
     pub fn light_subpath<U: PrimarySample>(
         &self,
         scene: &Scene,
@@ -155,7 +157,8 @@ impl Walks {
         LightSubpath { vertices, emitter }
     }
 
-    /// The subpath that ends on the environment, where the sensor subpath left the scene; call it last: the vertex is gone afterwards.
+    /// The subpath that ends on the environment, where the sensor subpath left the scene; call it
+    /// last: the vertex is gone afterwards.
     pub fn on_background<R>(
         &self,
         scene: &Scene,

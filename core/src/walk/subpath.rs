@@ -17,13 +17,16 @@ use crate::scene::{NextDensity, Scene};
 pub struct WalkVertex {
     /// The vertex.
     pub vertex: Vertex,
-    /// Product of everything before the scattering here over its density: with x₀ alone 1/p(x₀), then L_e/p or W_e/p and so on.
+    /// Product of everything before the scattering here over its density: with x₀ alone 1/p(x₀),
+    /// then L_e/p or W_e/p and so on.
     pub throughput: Rgb,
     /// Unit direction towards the vertex before.
     pub from: Vec3,
-    /// True where a connection may end here: a surface with a non-specular component on this side, or an end of the path.
+    /// True where a connection may end here: a surface with a non-specular component on this side,
+    /// or an end of the path.
     pub connectible: bool,
-    /// What happened here where the walk went on. Until then non-specular, as a connection needs it.
+    /// What happened here where the walk went on. Until then non-specular, as a connection needs
+    /// it.
     pub event: Event,
     /// Density of this vertex given the ones before, roulette included.
     pub pdf: Density<Area>,
@@ -61,7 +64,8 @@ impl WalkVertex {
         class
     }
 
-    /// True where subpaths may merge: at a surface that a walk came to and that scatters non-specularly.
+    /// True where subpaths may merge: at a surface that a walk came to and that scatters
+    /// non-specularly.
     #[inline]
     pub fn merges(&self) -> bool {
         self.ends() && self.from != Vec3::ZERO && matches!(self.vertex, Vertex::Surface(_))
@@ -113,8 +117,9 @@ impl OpenEdge {
         OpenEdge { ray, throughput, next, transmittance: Rgb::WHITE }
     }
 
-    /// Follows the edge from vertex `start` to its end: a surface, or, by a free flight, a point in a medium; `None` where it leaves the scene. The
-    /// throughput gains T over the density of the flight. Numbers are read in scenes with media alone.
+    /// Follows the edge from vertex `start` to its end: a surface, or, by a free flight, a point in
+    /// a medium; `None` where it leaves the scene. The throughput gains T over the density of the
+    /// flight. Numbers are read in scenes with media alone.
     #[inline]
     pub fn travel<U: PrimarySample>(
         &mut self,
@@ -169,15 +174,16 @@ pub struct Walk {
     pub mode: TransportMode,
     /// Vertices at most.
     pub max_vertices: usize,
-    /// Roulette plays at vertex i (the first is 0) for i ≥ `rr_depth`. Densities from the other side are exact for 1 and `u32::MAX` alone:
-    /// a rule that depends on the index makes them depend on the length of the other subpath.
+    /// Roulette plays at vertex i (the first is 0) for i ≥ `rr_depth`. Densities from the other
+    /// side are exact for 1 and `u32::MAX` alone: a rule that depends on the index makes them
+    /// depend on the length of the other subpath.
     pub rr_depth: u32,
     /// How techniques are weighed.
     pub weights: Weights,
 }
 
-/// A scattering event at a vertex that a walk reached from direction `from` with `throughput`: the edge that it opens, and the event.
-/// `None` where the walk ends, by roulette where it `plays`.
+/// A scattering event at a vertex that a walk reached from direction `from` with `throughput`: the
+/// edge that it opens, and the event. `None` where the walk ends, by roulette where it `plays`.
 #[inline]
 pub fn scatter<U: PrimarySample>(
     scene: &Scene,
@@ -206,9 +212,11 @@ pub fn always(_: Mass) -> bool {
 }
 
 impl Walk {
-    /// Advances a subpath that holds its first vertex along `edge` until it ends, and returns the edge that left the scene, if it ended so.
-    /// `on_edge` sees every edge as it was opened, with its length, before its end becomes a vertex. `goes_on` is asked after every scattering event, with the
-    /// probability of local roulette: a way to end walks that is no part of their densities.
+    /// Advances a subpath that holds its first vertex along `edge` until it ends, and returns the
+    /// edge that left the scene, if it ended so. `on_edge` sees every edge as it was opened, with
+    /// its length, before its end becomes a vertex. `goes_on` is asked after every scattering
+    /// event, with the probability of local roulette: a way to end walks that is no part of their
+    /// densities.
     pub fn run<U: PrimarySample>(
         &self,
         scene: &Scene,
@@ -238,8 +246,8 @@ impl Walk {
         None
     }
 
-    /// First half of a step: the end that `edge` travelled to becomes the next vertex. False where the walk ends: it has
-    /// its vertices, or the density of the new one is 0 ([`Walk::push`]).
+    /// First half of a step: the end that `edge` travelled to becomes the next vertex. False where
+    /// the walk ends: it has its vertices, or the density of the new one is 0 ([`Walk::push`]).
     #[inline]
     pub fn arrive(
         &self,
@@ -255,8 +263,8 @@ impl Walk {
         self.push(scene, subpath, end, edge, connectible) && subpath.len() < self.max_vertices
     }
 
-    /// Second half of a step: an event at the last vertex and the edge that it opens, with the probability of local roulette. `None` where
-    /// the walk ends.
+    /// Second half of a step: an event at the last vertex and the edge that it opens, with the
+    /// probability of local roulette. `None` where the walk ends.
     #[inline]
     pub fn scatter<U: PrimarySample>(
         &self,
@@ -278,9 +286,10 @@ impl Walk {
         index >= self.rr_depth as usize
     }
 
-    /// Adds the vertex that `edge` ends on, and tells the vertex before the last how likely the opposite walk makes it. False, and nothing
-    /// added, where its density is 0: seen from the vertices as they were rounded, the edge lies in a surface. Only corners do that,
-    /// at distances of an offset, and no weight could be given to such a path.
+    /// Adds the vertex that `edge` ends on, and tells the vertex before the last how likely the
+    /// opposite walk makes it. False, and nothing added, where its density is 0: seen from the
+    /// vertices as they were rounded, the edge lies in a surface. Only corners do that, at
+    /// distances of an offset, and no weight could be given to such a path.
     #[inline]
     pub fn push(
         &self,
@@ -321,7 +330,8 @@ impl Walk {
         true
     }
 
-    /// Density with which the opposite walk, that came to `last` from direction `to`, goes on to the vertex before it.
+    /// Density with which the opposite walk, that came to `last` from direction `to`, goes on to
+    /// the vertex before it.
     fn backward(
         &self,
         scene: &Scene,

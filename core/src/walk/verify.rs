@@ -1,4 +1,5 @@
-//! Debug builds recompute one in every [`EVERY`] weights by the oracle (after Mitsuba 0.6, `verification.cpp`).
+//! Debug builds recompute one in every [`EVERY`] weights by the oracle (after Mitsuba 0.6,
+//! `verification.cpp`).
 
 use std::cell::Cell;
 
@@ -13,8 +14,9 @@ const EVERY: u64 = 1024;
 /// Largest difference for a path without short edges.
 const TOLERANCE: f64 = 1e-4;
 
-/// Positions are `f32` in the unit sphere, so a direction errs by about 2⁻²⁴ over the length d of its edge, and its cosine by that over the
-/// cosine; the densities of a weight feel the shortest d cosθ several times.
+/// Positions are `f32` in the unit sphere, so a direction errs by about 2⁻²⁴ over the length d of
+/// its edge, and its cosine by that over the cosine; the densities of a weight feel the shortest d
+/// cosθ several times.
 const PER_INVERSE_LENGTH: f64 = 64.0 / 16_777_216.0;
 
 thread_local! {

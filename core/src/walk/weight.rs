@@ -1,27 +1,33 @@
-//! MIS weights of connections, two ways: running sums that cost O(1) per connection, and the chain of ratios.
+//! MIS weights of connections, two ways: running sums that cost O(1) per connection, and the chain
+//! of ratios.
 //!
-//! Let v₀ … v_{n−1} be the vertices of one subpath as it takes part in a path, p(v_j) the density of v_j from its own side and
-//! p′(v_j) from the other side. Moving the connection one edge towards this subpath's start multiplies the
-//! density of the technique by ρ_j = p′(v_j)/p(v_j) (Veach 1997, eq. 10.9), so that the other techniques on this side sum to
+//! Let v₀ … v_{n−1} be the vertices of one subpath as it takes part in a path, p(v_j) the density
+//! of v_j from its own side and p′(v_j) from the other side. Moving the connection one edge towards
+//! this subpath's start multiplies the density of the technique by ρ_j = p′(v_j)/p(v_j) (Veach
+//! 1997, eq. 10.9), so that the other techniques on this side sum to
 //!
-//! S = ρ_{n−1}^β (χ_{n−1} d_{n−1} + ρ_{n−2}^β K_{n−2}), K_j = χ_j d_j + ρ_{j−1}^β K_{j−1}, K₀ = χ₀ ,
+//! S = ρ_{n−1}^β (χ_{n−1} d_{n−1} + ρ_{n−2}^β K_{n−2}), K_j = χ_j d_j + ρ_{j−1}^β K_{j−1}, K₀ = χ₀
+//! ,
 //!
-//! with χ_j = 1 where the technique with j vertices on this side can make the path, and w = d/(d + S_light + S_sensor) for the power
-//! heuristic with exponent β. K_{n−2} is known when the walk arrives at v_{n−1}; only ρ_{n−1} and ρ_{n−2} wait for
-//! the connection. This is the recursion of van Antwerpen 2011 ("Recursive MIS computation for streaming BDPT on the GPU") and Georgiev 2012
+//! with χ_j = 1 where the technique with j vertices on this side can make the path, and w = d/(d +
+//! S_light + S_sensor) for the power heuristic with exponent β. K_{n−2} is known when the walk
+//! arrives at v_{n−1}; only ρ_{n−1} and ρ_{n−2} wait for the connection. This is the recursion of
+//! van Antwerpen 2011 ("Recursive MIS computation for streaming BDPT on the GPU") and Georgiev 2012
 //! ("Implementing vertex connection and merging", §5), for any β.
 //!
-//! d_j = 1 but for next-event estimation (s = 1, t ≥ 2), whose x₀ is sampled for x₁: d₁ = (p_direct(x₀|x₁)/p_emission(x₀))^β.
+//! d_j = 1 but for next-event estimation (s = 1, t ≥ 2), whose x₀ is sampled for x₁: d₁ =
+//! (p_direct(x₀|x₁)/p_emission(x₀))^β.
 //!
-//! **Merges** (Georgiev et al. 2012; Georgiev 2012, eq. 20). A merge at v_j needs v_j on a light and a sensor subpath; beside a connection it counts as if the walk on one
-//! side went one vertex further and the density of that step were multiplied by η, so that K_j has one term more:
+//! **Merges** (Georgiev et al. 2012; Georgiev 2012, eq. 20). A merge at v_j needs v_j on a light
+//! and a sensor subpath; beside a connection it counts as if the walk on one side went one vertex
+//! further and the density of that step were multiplied by η, so that K_j has one term more:
 //!
 //! K_j = χ_j d_j + [v_{j−1} merges] (η p′(v_{j−1}))^β + ρ_{j−1}^β K_{j−1} .
 //!
 //! η = 0 where merges take no part ([`Weights::with_merges`]).
 //!
-//! Specular vertices take part with their relative densities (see [`crate::path`]), and χ = 0 on both sides of them: never a sentinel
-//! value of a pdf.
+//! Specular vertices take part with their relative densities (see [`crate::path`]), and χ = 0 on
+//! both sides of them: never a sentinel value of a pdf.
 
 use super::subpath::{Subpath, WalkVertex};
 use super::techniques::TechniqueSet;
@@ -70,7 +76,8 @@ pub struct Side<'a> {
     pub before: Density<Area>,
     /// Whether the last vertex can end a connection, as the end of the path it is here.
     pub connectible: bool,
-    /// Whether subpaths can merge there: an inner vertex, whose event is not specular because a connection ends at it.
+    /// Whether subpaths can merge there: an inner vertex, whose event is not specular because a
+    /// connection ends at it.
     pub merges: bool,
     /// d of the technique that ends one vertex earlier on this side.
     pub direct: f64,
@@ -107,8 +114,8 @@ impl Weights {
         Weights { heuristic, techniques, beta, pinhole, delta_emitter, eta: 0.0, connections: true }
     }
 
-    /// Weights of vertex connection and merging: s = 0, connections if `connections`, and merges of worth `eta` = N π r², N light
-    /// subpaths and radius r. Nothing hits the lens. `power` is β.
+    /// Weights of vertex connection and merging: s = 0, connections if `connections`, and merges of
+    /// worth `eta` = N π r², N light subpaths and radius r. Nothing hits the lens. `power` is β.
     pub fn with_merges(power: f64, connections: bool, eta: f64) -> Self {
         let heuristic = Heuristic::Power { beta: power };
         let techniques = TechniqueSet::WITHOUT_LENS;
@@ -145,7 +152,8 @@ impl Weights {
         }
     }
 
-    /// State of the next vertex; `backward` is p′ of the vertex before the last one, now that its successor's successor is known.
+    /// State of the next vertex; `backward` is p′ of the vertex before the last one, now that its
+    /// successor's successor is known.
     pub(super) fn extend(
         &self,
         scene: &Scene,
@@ -220,8 +228,9 @@ impl Weights {
         if self.eta > 0.0 { k + self.merge(before, side.before) } else { k }
     }
 
-    /// w of a merge of the last vertices of both sides (Georgiev 2012, eqs. 37–39): η^β / (η^β + K_light/p_light^β + K_sensor/p_sensor^β). `last` of a side
-    /// is not asked for. `None` where a side has no vertex before the merged one.
+    /// w of a merge of the last vertices of both sides (Georgiev 2012, eqs. 37–39): η^β / (η^β +
+    /// K_light/p_light^β + K_sensor/p_sensor^β). `last` of a side is not asked for. `None` where a
+    /// side has no vertex before the merged one.
     pub fn merge_weight(&self, light: Side, sensor: Side) -> Option<f64> {
         let own = self.power(self.eta);
         let mut sum = own;
@@ -232,7 +241,8 @@ impl Weights {
         Some(own / sum)
     }
 
-    /// The same weight from all ratios of densities, for any heuristic and any set of techniques; O(k).
+    /// The same weight from all ratios of densities, for any heuristic and any set of techniques;
+    /// O(k).
     pub fn weight_by_chain(&self, light: Side, sensor: Side, own: f64) -> f64 {
         let (s, t) = (light.vertices.len(), sensor.vertices.len());
         let mut densities = Vec::with_capacity(s + t + 1);

@@ -182,7 +182,8 @@ fn shadows_of_far_lamps_are_those_of_the_exact_segment() {
     }
 }
 
-/// A closed mesh of any size, anywhere: rays that leave its walls inwards neither escape nor meet their own triangle.
+/// A closed mesh of any size, anywhere: rays that leave its walls inwards neither escape nor meet
+/// their own triangle.
 #[test]
 fn closed_meshes_of_every_scale_are_tight_for_rays_that_leave_them() {
     let far = Vec3::new(0.3, -0.5, 0.7);

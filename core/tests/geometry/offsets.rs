@@ -84,8 +84,8 @@ fn a_ray_that_leaves_a_sphere_a_disk_or_a_cylinder_does_not_meet_it_again() {
         p.cylinders.push(CylinderPrim { base, axis: Vec3::new(0.1, -0.2, 0.4), radius });
     }
     let accel = Accel::build(p).expect("finite primitives");
-    // From inside a sphere the same one is met again, at the end of the chord of 2 r cos θ. A chord of a cylinder is
-    // the longer the less it goes across.
+    // From inside a sphere the same one is met again, at the end of the chord of 2 r cos θ. A chord
+    // of a cylinder is the longer the less it goes across.
     let chord = |prim: u32, inside: bool, cos: f32| match prim {
         0..=2 if inside => (2.0 * RADII[prim as usize] * cos - 1e-6) * 0.9,
         4..=6 if inside => (2.0 * RADII[prim as usize - 4] * cos - 1e-6) * 0.9,
@@ -139,7 +139,8 @@ fn rays_do_not_escape_through_the_corners_they_start_in() {
     }
 }
 
-/// A box whose walls lean by the angle, so that they meet floor and ceiling at it and at its supplement.
+/// A box whose walls lean by the angle, so that they meet floor and ceiling at it and at its
+/// supplement.
 fn leaning(degrees: f32) -> Vec<[Vec3; 3]> {
     let lean = 1.0 / degrees.to_radians().tan();
     lattice_cube(1, |p| Vec3::new(p.x + 0.5 * lean * p.z, p.y, 0.5 * p.z) * 0.25)

@@ -1,4 +1,5 @@
-//! Bidirectional path tracing without t = 1: the subpaths, connections and weights of `core::walk`, with techniques of its own.
+//! Bidirectional path tracing without t = 1: the subpaths, connections and weights of `core::walk`,
+//! with techniques of its own.
 
 use std::sync::Arc;
 
@@ -69,13 +70,15 @@ impl PathEstimator for MyIntegrator {
         u: &mut U,
         sink: &mut S,
     ) {
-        // Every s, and t ≥ 2. Roulette plays at every surface, so that both walks know each other's.
+        // Every s, and t ≥ 2. Roulette plays at every surface, so that both walks know each
+        // other's.
         let techniques = TechniqueSet::new(0..=1000, 2..=1000);
         let walks = Walks::new(scene, &self.rules, self.heuristic, techniques);
         let mut sensor = walks.sensor_subpath(scene, pixel, u, always);
         let light = walks.light_subpath(scene, u, |_| (), always).vertices;
         let film = sensor.film;
-        // One technique (s, t): f/p of the path, its weight among all others that make it, and whether both ends see each other.
+        // One technique (s, t): f/p of the path, its weight among all others that make it, and
+        // whether both ends see each other.
         let mut connect = |light: &[WalkVertex], sensor: &[WalkVertex]| {
             if let Some(path) = walks.connect(scene, light, sensor)
                 && path.is_visible(scene)

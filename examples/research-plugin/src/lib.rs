@@ -1,11 +1,14 @@
-//! Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light transport simulation with vertex connection and
-//! merging"; as "unified path space", Hachisuka, Pantaleoni and Jensen 2012), as a plug-in that sees nothing of pathspace but its public items.
+//! Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light
+//! transport simulation with vertex connection and merging"; as "unified path space", Hachisuka,
+//! Pantaleoni and Jensen 2012), as a plug-in that sees nothing of pathspace but its public items.
 //!
-//! Bidirectional path tracing connects the ends of a light and a sensor subpath; photon mapping merges them where they come near each
-//! other. Both are techniques for the same paths, and multiple importance sampling weights them together: connections are good at
-//! diffuse light, merges at caustics seen in mirrors and glass, for which no connection exists.
+//! Bidirectional path tracing connects the ends of a light and a sensor subpath; photon mapping
+//! merges them where they come near each other. Both are techniques for the same paths, and
+//! multiple importance sampling weights them together: connections are good at diffuse light,
+//! merges at caustics seen in mirrors and glass, for which no connection exists.
 //!
-//! Subpaths, connections and weights are those of [`pathspace::core::walk`]; its recursion of weights has the term of a merge. Here:
+//! Subpaths, connections and weights are those of [`pathspace::core::walk`]; its recursion of
+//! weights has the term of a merge. Here:
 //!
 //! | step | file |
 //! | --- | --- |
@@ -13,8 +16,9 @@
 //! | light vertices by place | `photons` |
 //! | a step: light subpaths, photons, sensor subpaths | `run` |
 //!
-//! A merged path has x_i on both of its subpaths. Its contribution counts x_i on the sensor's side, where it lies: (s, t) = (i, k − i + 1), so
-//! that s + t − 1 is its length and it shares a layer with the connection of x_{i−1} and x_i.
+//! A merged path has x_i on both of its subpaths. Its contribution counts x_i on the sensor's side,
+//! where it lies: (s, t) = (i, k − i + 1), so that s + t − 1 is its length and it shares a layer
+//! with the connection of x_{i−1} and x_i.
 
 mod merge;
 mod photons;
@@ -56,7 +60,8 @@ pub struct Vcm {
 }
 
 impl Vcm {
-    /// From options: `radius`, `alpha`, `merge`, `connect`, `heuristic` = balance | power, `max_depth`.
+    /// From options: `radius`, `alpha`, `merge`, `connect`, `heuristic` = balance | power,
+    /// `max_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -75,18 +80,21 @@ impl Vcm {
         Ok(vcm)
     }
 
-    /// r_i = r_1 i^((α−1)/2) of step i − 1 (Georgiev et al. 2012, eq. 18; Knaus and Zwicker 2011), not below what positions in `f32` resolve.
+    /// r_i = r_1 i^((α−1)/2) of step i − 1 (Georgiev et al. 2012, eq. 18; Knaus and Zwicker 2011),
+    /// not below what positions in `f32` resolve.
     fn radius(&self, step: u64) -> f64 {
         let i = step as f64 + 1.0;
         (self.first_radius * i.powf(0.5 * (self.alpha - 1.0))).max(1e-7)
     }
 
-    /// η = N π r² of a step with `n` light subpaths (Georgiev 2012, eq. 20); 0 where merges take no part.
+    /// η = N π r² of a step with `n` light subpaths (Georgiev 2012, eq. 20); 0 where merges take no
+    /// part.
     fn eta(&self, n: u64, radius: f64) -> f64 {
         if self.merge { n as f64 * PI * radius * radius } else { 0.0 }
     }
 
-    /// Walks of a step. Roulette plays at every surface and depends on the event alone, so that both walks know each other's.
+    /// Walks of a step. Roulette plays at every surface and depends on the event alone, so that
+    /// both walks know each other's.
     fn walks(&self, scene: &Scene, eta: f64) -> Walks {
         let rules = WalkRules { max_length: self.max_length, rr_depth: 1 };
         Walks::weighed(scene, &rules, Weights::with_merges(self.power, self.connect, eta))

@@ -1,4 +1,5 @@
-//! The command `pathspace` with vertex connection and merging beside the integrators that come with it.
+//! The command `pathspace` with vertex connection and merging beside the integrators that come with
+//! it.
 
 use pathspace::integrators::Registry;
 use pathspace_vcm::{NAME, Vcm};

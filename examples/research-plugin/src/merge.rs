@@ -1,11 +1,14 @@
-//! Vertex merging: x_i of the path is the last vertex of a sensor subpath, and a light subpath ended within the radius of it.
+//! Vertex merging: x_i of the path is the last vertex of a sensor subpath, and a light subpath
+//! ended within the radius of it.
 //!
-//! With Φ the flux α_y of a light subpath that arrives at y (area density p_light(y) in it), the estimate is
+//! With Φ the flux α_y of a light subpath that arrives at y (area density p_light(y) in it), the
+//! estimate is
 //!
-//! (1/η) α_y f̄(ω_y, ω_z) α_z, η = N π r² (Georgiev et al. 2012, eqs. 6–8; Hachisuka, Pantaleoni and Jensen 2012, eq. 10),
+//! (1/η) α_y f̄(ω_y, ω_z) α_z, η = N π r² (Georgiev et al. 2012, eqs. 6–8; Hachisuka, Pantaleoni
+//! and Jensen 2012, eq. 10),
 //!
-//! summed over the photons y within r. It takes x_i for y, and with it the flux around x_i for that at x_i: a bias of O(r²) on flat surfaces, of
-//! O(r) at edges and shadows, gone with r.
+//! summed over the photons y within r. It takes x_i for y, and with it the flux around x_i for that
+//! at x_i: a bias of O(r²) on flat surfaces, of O(r) at edges and shadows, gone with r.
 
 use pathspace::core::Scene;
 use pathspace::core::bsdf::TransportMode;
@@ -62,7 +65,8 @@ impl Merger<'_> {
         }
         let mode = TransportMode::Radiance;
         let Some(scatter) = scene.connect_scatter(point, z.from, y.from, mode) else { return };
-        // p′ of the vertices beside x_i: the sensor walk goes on along the photon's edge, the light walk along the sensor's.
+        // p′ of the vertices beside x_i: the sensor walk goes on along the photon's edge, the light
+        // walk along the sensor's.
         let to_light = y.vertex.edge_to(&y_before.vertex);
         let to_sensor = z.vertex.edge_to(&z_before.vertex);
         let side = |vertices, before, direct| Side {

@@ -16,7 +16,8 @@ pub(crate) struct Photon {
 
 /// A hashed grid of cells with the side 2r, so that a ball of radius r meets eight at most.
 ///
-/// Photons lie in the order of their buckets and, within a bucket, in that of the light subpaths: what a query gives does not depend on threads.
+/// Photons lie in the order of their buckets and, within a bucket, in that of the light subpaths:
+/// what a query gives does not depend on threads.
 pub(crate) struct PhotonGrid {
     radius: f32,
     /// First photon of each bucket, and the end.

@@ -1,4 +1,5 @@
-//! A run: every step traces N light subpaths, keeps their vertices, and then N sensor subpaths, N the number of pixels.
+//! A run: every step traces N light subpaths, keeps their vertices, and then N sensor subpaths, N
+//! the number of pixels.
 
 use std::sync::Arc;
 
@@ -18,7 +19,8 @@ use crate::photons::PhotonGrid;
 /// Light subpaths in a parallel task.
 const BATCH: u64 = 1024;
 
-/// Vertex connection and merging at work. The radius depends on the step alone, so that the step is all there is to save.
+/// Vertex connection and merging at work. The radius depends on the step alone, so that the step is
+/// all there is to save.
 pub(crate) struct VcmRun {
     vcm: Vcm,
     scene: Arc<Scene>,
@@ -135,7 +137,8 @@ impl<'a> At<'a> {
         vertices
     }
 
-    /// One sensor subpath, with all techniques t ≥ 2: connections to the light subpath `own`, merges with all.
+    /// One sensor subpath, with all techniques t ≥ 2: connections to the light subpath `own`,
+    /// merges with all.
     pub(crate) fn sensor<U: PrimarySample, S: Sink>(
         &self,
         pixel: Option<[u32; 2]>,

@@ -1,9 +1,10 @@
-//! Connections to a cache of light vertices (Davidovič, Křivánek, Hašan and Slusallek 2014, "Progressive light
-//! transport simulation on the GPU", light vertex cache).
+//! Connections to a cache of light vertices (Davidovič, Křivánek, Hašan and Slusallek 2014,
+//! "Progressive light transport simulation on the GPU", light vertex cache).
 //!
-//! A step traces as many light subpaths as there are pixels and keeps them. With V vertices (s ≥ 2) in N subpaths, the sum over the
-//! vertices of one subpath has the expectation of V/N times a vertex picked uniformly; each sensor vertex is connected to
-//! m = round(V/N) of them, so that a sample costs as many rays as with every pair of its own two subpaths.
+//! A step traces as many light subpaths as there are pixels and keeps them. With V vertices (s ≥ 2)
+//! in N subpaths, the sum over the vertices of one subpath has the expectation of V/N times a
+//! vertex picked uniformly; each sensor vertex is connected to m = round(V/N) of them, so that a
+//! sample costs as many rays as with every pair of its own two subpaths.
 
 use std::sync::Arc;
 

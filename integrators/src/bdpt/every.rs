@@ -1,9 +1,11 @@
 //! Every technique of one pair of subpaths, such that each can be made again alone.
 //!
-//! A chain on the primary sample space of one technique (s, t) starts at numbers that [`Bdpt::estimate_technique`] turns into a path. Two subpaths
-//! give such numbers for all techniques at once. Densities know no roulette there, because s and t are given; walks
-//! that nothing ends are cut short by roulette all the same, as a matter of sampling: technique (s, t) of a pair exists with probability
-//! P = Π q over the scattering events of both walks, so that E Σ C/P is the sum of the integrals of all techniques.
+//! A chain on the primary sample space of one technique (s, t) starts at numbers that
+//! [`Bdpt::estimate_technique`] turns into a path. Two subpaths give such numbers for all
+//! techniques at once. Densities know no roulette there, because s and t are given; walks that
+//! nothing ends are cut short by roulette all the same, as a matter of sampling: technique (s, t)
+//! of a pair exists with probability P = Π q over the scattering events of both walks, so that E Σ
+//! C/P is the sum of the integrals of all techniques.
 
 use pathspace_core::Scene;
 use pathspace_core::film::{Contribution, Sink};
@@ -16,7 +18,8 @@ use super::{Bdpt, Sample};
 
 /// The numbers of one technique among those of one pair of subpaths.
 ///
-/// Subpaths are shared by all techniques; points on the lens (t = 1) belong to s and points on emitters (s = 1) to t.
+/// Subpaths are shared by all techniques; points on the lens (t = 1) belong to s and points on
+/// emitters (s = 1) to t.
 #[derive(Clone, Debug)]
 pub struct TechniqueNumbers {
     streams: [RandomStream; Stream::COUNT],
@@ -26,7 +29,8 @@ pub struct TechniqueNumbers {
 }
 
 impl TechniqueNumbers {
-    /// Of a technique of pair `seed`; `selector` is read before what the technique itself reads from [`Stream::Connection`].
+    /// Of a technique of pair `seed`; `selector` is read before what the technique itself reads
+    /// from [`Stream::Connection`].
     pub fn new(seed: u64, technique: Technique, selector: f32) -> Self {
         let Technique { s, t } = technique;
         TechniqueNumbers {
@@ -87,8 +91,10 @@ impl Thinning {
 }
 
 impl Bdpt {
-    /// Makes every technique of pair `seed` and tells its contribution C = w_{s,t} f/p, by densities without roulette, and P. The contribution is the one that
-    /// [`Bdpt::estimate_technique`] makes of [`TechniqueNumbers::new`], which is called without roulette too.
+    /// Makes every technique of pair `seed` and tells its contribution C = w_{s,t} f/p, by
+    /// densities without roulette, and P. The contribution is the one that
+    /// [`Bdpt::estimate_technique`] makes of [`TechniqueNumbers::new`], which is called without
+    /// roulette too.
     pub fn estimate_every(
         &self,
         scene: &Scene,

@@ -1,4 +1,5 @@
-//! From a path to the numbers by which a technique makes it: the inverse of [`Bdpt::estimate_technique`].
+//! From a path to the numbers by which a technique makes it: the inverse of
+//! [`Bdpt::estimate_technique`].
 
 use glam::Vec2;
 use pathspace_core::Scene;
@@ -33,11 +34,13 @@ impl Numbers {
 }
 
 impl Bdpt {
-    /// Appends to `numbers` those by which technique (s, t) makes the path; the first ones of the streams Sensor and Light may be there
-    /// already ([`Layout::shared`]). `film` is where the path lands. `None` where a sampler has no inverse at the path.
+    /// Appends to `numbers` those by which technique (s, t) makes the path; the first ones of the
+    /// streams Sensor and Light may be there already ([`Layout::shared`]). `film` is where the path
+    /// lands. `None` where a sampler has no inverse at the path.
     ///
-    /// Numbers on which the path does not depend are drawn from `free`; where a choice has an interval of numbers, uniformly in it. So
-    /// if x̄ has density p_{s,t}, the numbers are uniform: a probabilistic inverse of the technique (Bitterli et al. 2017, §4). Numbers that the
+    /// Numbers on which the path does not depend are drawn from `free`; where a choice has an
+    /// interval of numbers, uniformly in it. So if x̄ has density p_{s,t}, the numbers are uniform:
+    /// a probabilistic inverse of the technique (Bitterli et al. 2017, §4). Numbers that the
     /// technique does not read at all are left out.
     ///
     /// Whether the technique goes the whole way (visibility, delta lobes) is seen by doing so.

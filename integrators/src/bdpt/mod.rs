@@ -1,7 +1,8 @@
-//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997, chapter 10).
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997,
+//! chapter 10).
 //!
-//! One light subpath and one sensor subpath per sample, every technique (s, t) that their vertices allow, weighted so that Σ w = 1 on the
-//! techniques that can make the path.
+//! One light subpath and one sensor subpath per sample, every technique (s, t) that their vertices
+//! allow, weighted so that Σ w = 1 on the techniques that can make the path.
 //!
 //! Subpaths grow, are connected and are weighed in [`pathspace_core::walk`]. Here:
 //!
@@ -53,11 +54,12 @@ pub const NAME: &str = "bdpt";
 pub enum Connect {
     /// Every pair.
     Full,
-    /// For every sensor vertex light vertices from a cache of all light subpaths of the step (Davidovič et al. 2014), as many as a
-    /// light subpath has on average.
+    /// For every sensor vertex light vertices from a cache of all light subpaths of the step
+    /// (Davidovič et al. 2014), as many as a light subpath has on average.
     Cache,
-    /// For every sensor vertex one light vertex, picked in proportion to the unoccluded contribution: one shadow ray
-    /// instead of s, unbiased because the picked value is divided by its probability (resampled importance sampling with one draw).
+    /// For every sensor vertex one light vertex, picked in proportion to the unoccluded
+    /// contribution: one shadow ray instead of s, unbiased because the picked value is divided by
+    /// its probability (resampled importance sampling with one draw).
     One,
 }
 
@@ -78,7 +80,8 @@ pub struct Bdpt {
 }
 
 impl Bdpt {
-    /// From options: `s`, `t` (ranges), `heuristic` (`beta`, `alpha`), `connect` = full | one | cache, `roulette`, `max_depth`.
+    /// From options: `s`, `t` (ranges), `heuristic` (`beta`, `alpha`), `connect` = full | one |
+    /// cache, `roulette`, `max_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -89,7 +92,8 @@ impl Bdpt {
         Ok(Bdpt { spec: spec.to_string(), ..bdpt })
     }
 
-    /// The same for an integrator that has options beside those; a cache of light vertices is no function of one sample.
+    /// The same for an integrator that has options beside those; a cache of light vertices is no
+    /// function of one sample.
     pub(crate) fn from_options(
         options: &mut Options<'_>,
         defaults: &Defaults,
@@ -119,7 +123,8 @@ impl Bdpt {
         }
     }
 
-    /// For chains whose path length is given: every option but `connect` and `roulette`, which is off.
+    /// For chains whose path length is given: every option but `connect` and `roulette`, which is
+    /// off.
     pub(crate) fn for_chains(
         options: &mut Options<'_>,
         defaults: &Defaults,
@@ -134,7 +139,8 @@ impl Bdpt {
         })
     }
 
-    /// The rules of its walks, for the oracle: roulette plays from the first surface vertex or never.
+    /// The rules of its walks, for the oracle: roulette plays from the first surface vertex or
+    /// never.
     pub fn rules(&self) -> WalkRules {
         let rr_depth = if self.roulette { 1 } else { u32::MAX };
         WalkRules { max_length: self.max_length, rr_depth }
@@ -241,7 +247,8 @@ impl<S: Sink> Sample<'_, S> {
         walks.light_subpath(self.scene, u, |light| self.connect(light, &[]), goes_on)
     }
 
-    /// One technique: w f/p where nothing stands between both ends. Visibility comes before the weight, which costs more.
+    /// One technique: w f/p where nothing stands between both ends. Visibility comes before the
+    /// weight, which costs more.
     fn connect(&mut self, light: &[WalkVertex], sensor: &[WalkVertex]) {
         if let Some(connection) = self.walks.connect(self.scene, light, sensor) {
             self.finish(&connection);
@@ -298,7 +305,8 @@ impl<S: Sink> Sample<'_, S> {
         }
     }
 
-    /// The same sum estimated by one of its terms, picked in proportion to its unoccluded contribution.
+    /// The same sum estimated by one of its terms, picked in proportion to its unoccluded
+    /// contribution.
     fn inner_one(&mut self, light: &[WalkVertex], sensor: &[WalkVertex], choice: f32) {
         let candidates: Vec<_> = (2..=light.len())
             .filter_map(|s| self.walks.connect(self.scene, &light[..s], sensor))

@@ -1,4 +1,5 @@
-//! The production code's weights for a given path, one for each technique: what tests hold against the plain functions of a path.
+//! The production code's weights for a given path, one for each technique: what tests hold against
+//! the plain functions of a path.
 
 use pathspace_core::Scene;
 use pathspace_core::path::{Path, Technique};
@@ -8,9 +9,10 @@ use pathspace_core::walk::{Walk, WalkVertex};
 use super::Bdpt;
 
 impl Bdpt {
-    /// w_{s,t}(x̄) of every technique that can make the path, by the code that renders: the subpaths are laid along the given
-    /// vertices instead of being sampled, and every connection computes its weight as ever. Techniques that cannot make the path, or
-    /// whose connection is blocked, are left out.
+    /// w_{s,t}(x̄) of every technique that can make the path, by the code that renders: the
+    /// subpaths are laid along the given vertices instead of being sampled, and every connection
+    /// computes its weight as ever. Techniques that cannot make the path, or whose connection is
+    /// blocked, are left out.
     pub fn weights_of(&self, scene: &Scene, path: &Path) -> Vec<(Technique, f64)> {
         let (k, v) = (path.length(), &path.vertices);
         let Some(emitter) = v[0].emitter() else { return Vec::new() };

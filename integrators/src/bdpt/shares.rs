@@ -11,7 +11,8 @@ use super::Bdpt;
 const NEVER: f64 = f64::NEG_INFINITY;
 
 impl Bdpt {
-    /// w_{s,t}(x̄) for s = 0 … k + 1; 0 for techniques that can not make the path or do not take part.
+    /// w_{s,t}(x̄) for s = 0 … k + 1; 0 for techniques that can not make the path or do not take
+    /// part.
     pub fn weights(&self, scene: &Scene, path: &Path) -> Vec<f64> {
         let ln = self.ln_densities(scene, path);
         let max = ln.iter().flatten().copied().fold(NEVER, f64::max);
@@ -19,11 +20,12 @@ impl Bdpt {
         (0..relative.len()).map(|s| self.heuristic.weight(s, &relative)).collect()
     }
 
-    /// ln p_{s,t}(x̄) for s = 0 … k + 1, as [`pathspace_core::path::ln_density`] gives it for one technique; `None` too where the technique
-    /// does not take part.
+    /// ln p_{s,t}(x̄) for s = 0 … k + 1, as [`pathspace_core::path::ln_density`] gives it for one
+    /// technique; `None` too where the technique does not take part.
     ///
-    /// The density of each vertex from either side does not depend on the technique, so that p_{s,t} = ∏_{j<s} p_l(x_j) ∏_{j≥s} p_c(x_j) are products
-    /// of the same factors (Veach 1997, §10.2.1); only x₀ of next-event estimation has one of its own.
+    /// The density of each vertex from either side does not depend on the technique, so that
+    /// p_{s,t} = ∏_{j<s} p_l(x_j) ∏_{j≥s} p_c(x_j) are products of the same factors (Veach 1997,
+    /// §10.2.1); only x₀ of next-event estimation has one of its own.
     pub fn ln_densities(&self, scene: &Scene, path: &Path) -> Vec<Option<f64>> {
         let (k, v) = (path.length(), &path.vertices);
         let edges: Vec<Edge> = v.windows(2).map(|w| w[0].edge_to(&w[1])).collect();

@@ -9,11 +9,12 @@ use pathspace_core::walk::{always, next_event_numbers};
 use super::{Bdpt, Sample};
 
 impl Bdpt {
-    /// Makes one estimate of w_{s,t} f by technique (s, t) alone, for the whole crop window: walks of exactly as many vertices, one connection.
-    /// At most one contribution.
+    /// Makes one estimate of w_{s,t} f by technique (s, t) alone, for the whole crop window: walks
+    /// of exactly as many vertices, one connection. At most one contribution.
     ///
-    /// Numbers of the sensor subpath come from [`Stream::Sensor`], of the light subpath from [`Stream::Light`], of a point on the lens
-    /// for t = 1 from [`Stream::Lens`], of a point on an emitter for s = 1 from [`Stream::Connection`].
+    /// Numbers of the sensor subpath come from [`Stream::Sensor`], of the light subpath from
+    /// [`Stream::Light`], of a point on the lens for t = 1 from [`Stream::Lens`], of a point on an
+    /// emitter for s = 1 from [`Stream::Connection`].
     pub fn estimate_technique<U: PrimarySample, S: Sink>(
         &self,
         scene: &Scene,

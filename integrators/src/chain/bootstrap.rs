@@ -18,7 +18,8 @@ pub struct Start {
     pub sample: u64,
     /// Its [`Candidate::index`].
     pub index: u32,
-    /// Weight of the chain: it is normalised by b̂ times this. All of them together weigh as much as there are chains.
+    /// Weight of the chain: it is normalised by b̂ times this. All of them together weigh as much
+    /// as there are chains.
     pub weight: f64,
 }
 
@@ -55,8 +56,8 @@ impl Bootstrap {
         ((self.sum2 - self.sum * self.sum / n).max(0.0) / (n * (n - 1.0))).sqrt()
     }
 
-    /// The start of a chain, made again from its numbers. `None` only where the target breaks its contract and gives
-    /// another answer the second time.
+    /// The start of a chain, made again from its numbers. `None` only where the target breaks its
+    /// contract and gives another answer the second time.
     pub fn replay<T: ChainTarget>(
         &self,
         target: &T,
@@ -72,11 +73,14 @@ fn address(seed: u64, item: u64) -> Address {
     Address { seed, step: 0, item }
 }
 
-/// Draws `samples` bootstrap samples on the current rayon pool and picks the starts of `chains` chains. The same to the bit for any number of
-/// threads; only candidates are kept, not their states.
+/// Draws `samples` bootstrap samples on the current rayon pool and picks the starts of `chains`
+/// chains. The same to the bit for any number of threads; only candidates are kept, not their
+/// states.
 ///
-/// Each [group](Candidate::key) of candidates has chains of its own, weighted to its share of ΣW; within a group starts are drawn by strata of W in the order of the
-/// keys, one for each chain (stratified resampling). For each chain alone E w h(X₀) = Σ W_i h(x_i)/ΣW_i; together they miss no important part.
+/// Each [group](Candidate::key) of candidates has chains of its own, weighted to its share of ΣW;
+/// within a group starts are drawn by strata of W in the order of the keys, one for each chain
+/// (stratified resampling). For each chain alone E w h(X₀) = Σ W_i h(x_i)/ΣW_i; together they miss
+/// no important part.
 pub fn bootstrap<T: ChainTarget>(
     target: &T,
     scene: &Scene,

@@ -8,8 +8,9 @@ use pathspace_core::Scene;
 pub struct Candidate {
     /// W.
     pub weight: f64,
-    /// Where it stands among the others. The upper half names its group, which has chains of its own; within a group starts are drawn by strata in the
-    /// order of the keys, so that candidates with like keys share chains out evenly. No key changes any expectation.
+    /// Where it stands among the others. The upper half names its group, which has chains of its
+    /// own; within a group starts are drawn by strata in the order of the keys, so that candidates
+    /// with like keys share chains out evenly. No key changes any expectation.
     pub key: u64,
     /// What the target makes it again by.
     pub index: u32,
@@ -39,8 +40,8 @@ impl Candidates {
         }
     }
 
-    /// Takes a candidate in and leaves one in its group, picked in proportion to W by the uniform number `u`, with the sum of the weights: as good for b̂, and
-    /// as good a start as both.
+    /// Takes a candidate in and leaves one in its group, picked in proportion to W by the uniform
+    /// number `u`, with the sum of the weights: as good for b̂, and as good a start as both.
     pub fn merge(&mut self, candidate: Candidate, u: f32) {
         let group = candidate.group();
         match self.0.iter_mut().find(|c| c.group() == group) {
@@ -76,7 +77,8 @@ impl Candidates {
     }
 }
 
-/// The key of a state of a part (a path length, say) by its film position: part first, then the cell of a Z-order curve over the film.
+/// The key of a state of a part (a path length, say) by its film position: part first, then the
+/// cell of a Z-order curve over the film.
 pub fn film_key(scene: &Scene, part: u16, film: Vec2) -> u64 {
     let crop = scene.film().crop;
     let at = |v: f32, origin: u32, size: u32| {

@@ -92,8 +92,8 @@ impl<'a> Reader<'a> {
         self.u64().map(f64::from_bits)
     }
 
-    /// The length of a list whose items have at least `item` bytes each; `None` where so many are not left, so that bad
-    /// bytes cause no huge allocation.
+    /// The length of a list whose items have at least `item` bytes each; `None` where so many are
+    /// not left, so that bad bytes cause no huge allocation.
     pub fn len(&mut self, item: usize) -> Option<usize> {
         let n = usize::try_from(self.u64()?).ok()?;
         (n.checked_mul(item.max(1))? <= self.0.len()).then_some(n)

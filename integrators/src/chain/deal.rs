@@ -22,15 +22,19 @@ struct Group {
     sums: Vec<f64>,
 }
 
-/// Deals `candidates`, in the order of [`Candidate::key`], to `chains` chains; nothing where all weigh nothing.
+/// Deals `candidates`, in the order of [`Candidate::key`], to `chains` chains; nothing where all
+/// weigh nothing.
 ///
-/// Group g of the candidates has n_g chains, about as many as its share of ΣW and one at the least, and each of them the weight q_g/n_g with q_g =
-/// C Σ_g W/ΣW. Given the samples, (b̂/C) Σ_c w_c E h(X_c) = Σ_g (1/N) Σ_{i∈g} W_i E h(X | X₀ = x_i) whatever n_g is, so that every group, and with it
-/// the light of every path length, has the brightness that the bootstrap gave it. With equal weights and a random number of chains in a group
-/// that number would be most of the group's noise.
+/// Group g of the candidates has n_g chains, about as many as its share of ΣW and one at the least,
+/// and each of them the weight q_g/n_g with q_g = C Σ_g W/ΣW. Given the samples, (b̂/C) Σ_c w_c E
+/// h(X_c) = Σ_g (1/N) Σ_{i∈g} W_i E h(X | X₀ = x_i) whatever n_g is, so that every group, and with
+/// it the light of every path length, has the brightness that the bootstrap gave it. With equal
+/// weights and a random number of chains in a group that number would be most of the group's noise.
 ///
-/// At most half of the chains go to the lightest groups in this way: where there are more groups than that the lightest ones are one. Within a group starts
-/// are drawn by strata of equal W, one for each chain; a random rotation deals them out, because the first chains may make a mutation less than the last.
+/// At most half of the chains go to the lightest groups in this way: where there are more groups
+/// than that the lightest ones are one. Within a group starts are drawn by strata of equal W, one
+/// for each chain; a random rotation deals them out, because the first chains may make a mutation
+/// less than the last.
 pub(super) fn deal(candidates: &[Candidate], seed: u64, chains: u64) -> Vec<Deal> {
     let groups = groups(candidates, chains);
     let total: f64 = groups.iter().map(Group::weight).sum();
@@ -98,8 +102,8 @@ impl Group {
     }
 }
 
-/// Numbers of chains for groups whose fair shares are `quotas`, not more groups than chains: one each, and the rest by what a share has over one (largest
-/// remainders).
+/// Numbers of chains for groups whose fair shares are `quotas`, not more groups than chains: one
+/// each, and the rest by what a share has over one (largest remainders).
 fn counts(quotas: &[f64], chains: u64) -> Vec<u64> {
     let over = |q: &f64| (q - 1.0).max(0.0);
     let all: f64 = quotas.iter().map(over).sum();

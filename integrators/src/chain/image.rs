@@ -1,5 +1,6 @@
-//! Two-stage targets: chains that spend their time evenly over the image instead of in proportion to its brightness
-//! (Veach and Guibas 1997, §6.3; Hoberock and Hart 2010, "Arbitrary Importance Functions for Metropolis Light Transport").
+//! Two-stage targets: chains that spend their time evenly over the image instead of in proportion
+//! to its brightness (Veach and Guibas 1997, §6.3; Hoberock and Hart 2010, "Arbitrary Importance
+//! Functions for Metropolis Light Transport").
 
 use glam::Vec2;
 use pathspace_core::Scene;
@@ -10,8 +11,9 @@ use pathspace_core::integrator::PathEstimator;
 use pathspace_core::random::{Address, RandomStream};
 use rayon::prelude::*;
 
-/// A positive function of the film position that luminance is multiplied with: f* = Σ_j lum(f_j) h(film). Any such function leaves the image
-/// unbiased, because contributions are divided by the same f*.
+/// A positive function of the film position that luminance is multiplied with: f* = Σ_j lum(f_j)
+/// h(film). Any such function leaves the image unbiased, because contributions are divided by the
+/// same f*.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageWeight {
     crop: Crop,
@@ -33,8 +35,9 @@ impl ImageWeight {
         ImageWeight { crop: scene.film().crop, size: [0; 2], cells: Vec::new() }
     }
 
-    /// h = Ī/(Ĩ + 0.1 Ī), Ĩ a coarse, blurred pilot image of luminance, Ī its mean; `samples` samples of `estimator` on the current rayon pool, the same for any number of
-    /// threads. Its seed must be apart from those of bootstrap and chains.
+    /// h = Ī/(Ĩ + 0.1 Ī), Ĩ a coarse, blurred pilot image of luminance, Ī its mean; `samples`
+    /// samples of `estimator` on the current rayon pool, the same for any number of threads. Its
+    /// seed must be apart from those of bootstrap and chains.
     pub fn pilot<E: PathEstimator>(scene: &Scene, estimator: &E, seed: u64, samples: u64) -> Self {
         let mut weight = ImageWeight::uniform(scene);
         let Crop { width, height, .. } = weight.crop;

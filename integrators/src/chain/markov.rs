@@ -39,7 +39,8 @@ pub struct Chain<S> {
     pub state: S,
     /// What the chain counts among the others of its run.
     pub weight: f64,
-    /// Weight of the state that the sink has not seen yet: the state is splatted once, when it is left.
+    /// Weight of the state that the sink has not seen yet: the state is splatted once, when it is
+    /// left.
     owed: f64,
     /// Statistics by kind of mutation.
     pub tallies: Vec<Tally>,
@@ -56,8 +57,9 @@ impl<S: Clone + Send> Chain<S> {
         Chain { weight, ..self }
     }
 
-    /// One mutation, normalised by `b` times the chain's weight: proposes, splats the proposal, moves or stays. What the current state has earned is kept
-    /// until it is left or [`Chain::flush`]ed.
+    /// One mutation, normalised by `b` times the chain's weight: proposes, splats the proposal,
+    /// moves or stays. What the current state has earned is kept until it is left or
+    /// [`Chain::flush`]ed.
     pub fn mutate<T: ChainTarget<State = S>>(
         &mut self,
         target: &T,

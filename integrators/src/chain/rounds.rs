@@ -1,19 +1,22 @@
 //! How a run is cut into rounds, each with a bootstrap and chains of its own.
 //!
-//! **Why there are rounds.** b̂ of N bootstrap samples has the relative variance A/N, A = Var W/b². Chains that keep one b̂ for ever
-//! never get rid of it: their image is unbiased, but its brightness stays wrong by √(A/N) however long they run. A b̂ that grows
-//! better while the chains run would be correlated with their starts, and E[b̂ h(X)] = ∫ f* h holds only for the b̂ of the very samples that
-//! the starts were drawn from.
+//! **Why there are rounds.** b̂ of N bootstrap samples has the relative variance A/N, A = Var W/b².
+//! Chains that keep one b̂ for ever never get rid of it: their image is unbiased, but its
+//! brightness stays wrong by √(A/N) however long they run. A b̂ that grows better while the chains
+//! run would be correlated with their starts, and E[b̂ h(X)] = ∫ f* h holds only for the b̂ of the
+//! very samples that the starts were drawn from.
 //!
-//! So the run is cut into rounds that are independent of each other. Round r has N_r bootstrap samples, M_r mutations and the image Î_r, which is
-//! unbiased by itself. The film is their sum, so that each weighs M_r/M with M = ΣM_r: weights that are fixed beforehand, not taken from the
+//! So the run is cut into rounds that are independent of each other. Round r has N_r bootstrap
+//! samples, M_r mutations and the image Î_r, which is unbiased by itself. The film is their sum, so
+//! that each weighs M_r/M with M = ΣM_r: weights that are fixed beforehand, not taken from the
 //! data. The image is therefore unbiased at every step, and with B/M_r the variance of the chains
 //!
 //! ```text
 //! E‖Î − I‖² = Σ_r (M_r/M)² (A/N_r + B/M_r) = A/N + B/M   for N_r = κ M_r, N = ΣN_r.
 //! ```
 //!
-//! That is the error of one b̂ of all N samples together: keeping the rounds apart loses nothing. Both terms fall like 1/n.
+//! That is the error of one b̂ of all N samples together: keeping the rounds apart loses nothing.
+//! Both terms fall like 1/n.
 //!
 //! **How many bootstrap samples.** At equal time T = c_b N + c_m M the error is least at
 //!
@@ -21,11 +24,14 @@
 //! κ = N/M = √(A c_m / (B c_b)),   and is then (√(A c_b) + √(B c_m))²/T.
 //! ```
 //!
-//! A does not depend on the film. B does: a pixel sees one mutation in P, so that B = βP for P pixels. Hence κ = κ₁/√P, with κ₁ = √(A c_m/(β c_b)) a property of
-//! scene and integrator. The minimum is flat: where κ is twice or half of the best, the error is less than a quarter above the least.
+//! A does not depend on the film. B does: a pixel sees one mutation in P, so that B = βP for P
+//! pixels. Hence κ = κ₁/√P, with κ₁ = √(A c_m/(β c_b)) a property of scene and integrator. The
+//! minimum is flat: where κ is twice or half of the best, the error is less than a quarter above
+//! the least.
 //!
-//! **How long a round is.** The length of a run is not known beforehand. Rounds double, so that a bootstrap never takes more than about 2κ of what was
-//! done before it, and chains grow longer. Beyond 2¹⁸ samples rounds stay equal, because the candidates of a bootstrap are kept in memory.
+//! **How long a round is.** The length of a run is not known beforehand. Rounds double, so that a
+//! bootstrap never takes more than about 2κ of what was done before it, and chains grow longer.
+//! Beyond 2¹⁸ samples rounds stay equal, because the candidates of a bootstrap are kept in memory.
 
 use super::ChainOptions;
 
@@ -42,7 +48,8 @@ const SMALLEST: u64 = 1024;
 const LARGEST: u64 = 1 << 18;
 /// Most chains, where none are asked for.
 const CHAINS: u64 = 1024;
-/// Mutations that a chain makes at the least, where the number of chains is not asked for: so that its start is a small part of its work.
+/// Mutations that a chain makes at the least, where the number of chains is not asked for: so that
+/// its start is a small part of its work.
 const SHORTEST: u64 = 32;
 
 /// One round.

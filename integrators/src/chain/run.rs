@@ -32,7 +32,8 @@ pub struct ChainOptions {
     pub chains: Option<u64>,
     /// Number of bootstrap samples of the first round; `None`: by the size of the film.
     pub bootstrap: Option<u64>,
-    /// Rounds of growing size ([`Rounds`]). Else there is one without end, whose b̂ never gets better.
+    /// Rounds of growing size ([`Rounds`]). Else there is one without end, whose b̂ never gets
+    /// better.
     pub rounds: bool,
 }
 
@@ -58,9 +59,10 @@ impl ChainOptions {
 
 /// A run of many chains.
 ///
-/// A step is one mutation per pixel in all. After n steps of M mutations in a round chain c of C has done ⌊(nM + c)/C⌋ of them, so that chains share the
-/// work to one mutation whatever M and C are. The numbers of chain c in step n of the run come from (seed, n, c), c plus a
-/// multiple of C where a step is so long that it is cut into portions.
+/// A step is one mutation per pixel in all. After n steps of M mutations in a round chain c of C
+/// has done ⌊(nM + c)/C⌋ of them, so that chains share the work to one mutation whatever M and C
+/// are. The numbers of chain c in step n of the run come from (seed, n, c), c plus a multiple of C
+/// where a step is so long that it is cut into portions.
 pub struct ChainRun<T: ChainTarget> {
     target: T,
     scene: Arc<Scene>,
@@ -111,7 +113,8 @@ impl Share {
         self.chains.min(self.mutations) * self.portions()
     }
 
-    /// Chain and portion of a part of step n. Where there are more chains than mutations, those with nM + c ≥ C − M modulo C have one.
+    /// Chain and portion of a part of step n. Where there are more chains than mutations, those
+    /// with nM + c ≥ C − M modulo C have one.
     fn task(self, step: u64, task: u64) -> (u64, u64) {
         let Share { mutations, chains } = self;
         if mutations >= chains {
@@ -136,8 +139,8 @@ struct Past {
 }
 
 impl<T: ChainTarget> ChainRun<T> {
-    /// A run that goes on from `state`, or begins where that is the default. The bootstrap is made by the first step,
-    /// or by [`Run::prepare`] before it.
+    /// A run that goes on from `state`, or begins where that is the default. The bootstrap is made
+    /// by the first step, or by [`Run::prepare`] before it.
     ///
     /// # Errors
     /// [`IntegratorError::BadState`] where the bytes are not a state of these chains.
@@ -166,7 +169,8 @@ impl<T: ChainTarget> ChainRun<T> {
         Ok(run)
     }
 
-    /// The mean of b̂ over all rounds, each weighing as much as in the film, and its standard error; `None` before the first step.
+    /// The mean of b̂ over all rounds, each weighing as much as in the film, and its standard
+    /// error; `None` before the first step.
     pub fn normalisation(&self) -> Option<(f64, f64)> {
         let Past { steps, mut sum, mut variance, .. } = self.past;
         let mut n = steps as f64;
@@ -381,8 +385,9 @@ impl<T: ChainTarget> Run for ChainRun<T> {
         work
     }
 
-    /// b̂, its relative standard error (an error of the brightness of the whole image, apart from that of its shape), and the share of each kind of
-    /// mutation that was accepted; of a kind that never found a state, its share of all mutations.
+    /// b̂, its relative standard error (an error of the brightness of the whole image, apart from
+    /// that of its shape), and the share of each kind of mutation that was accepted; of a kind that
+    /// never found a state, its share of all mutations.
     fn figures(&self) -> Vec<(String, f64)> {
         let Some((b, error)) = self.normalisation() else { return Vec::new() };
         let mut figures = vec![("b".to_owned(), b)];

@@ -1,4 +1,5 @@
-//! States as bytes of checkpoints. Only the vertices and their events are kept: the rest follows from them, to the bit.
+//! States as bytes of checkpoints. Only the vertices and their events are kept: the rest follows
+//! from them, to the bit.
 
 use glam::Vec3;
 use pathspace_core::Scene;

@@ -11,7 +11,8 @@ pub(super) fn background(scene: &Scene, d: Vec3) -> Option<Vertex> {
     Some(Vertex::InfiniteEmitter { emitter, to: d })
 }
 
-/// The ray of a light subpath that leaves a given x₀, distributed as that of [`Scene::sample_emission`] given its x₀.
+/// The ray of a light subpath that leaves a given x₀, distributed as that of
+/// [`Scene::sample_emission`] given its x₀.
 pub(super) fn ray_from(scene: &Scene, x0: &Vertex, u: [f32; 2]) -> Option<Ray> {
     Some(match x0 {
         Vertex::Surface(point) => {
@@ -35,7 +36,8 @@ pub(super) fn beam_ray(scene: &Scene, to: Vec3, across: Vec3) -> Ray {
     Ray::new(to * (to.dot(ball.center) + 2.0 * ball.radius) + across, -to)
 }
 
-/// Where a beam from `to` crosses the plane through the origin, moved by `offset`, for the beam that meets `p`.
+/// Where a beam from `to` crosses the plane through the origin, moved by `offset`, for the beam
+/// that meets `p`.
 pub(super) fn moved_across(to: Vec3, p: Vec3, offset: Vec2) -> Vec3 {
     let frame = Frame::from_normal(to);
     across(to, p).as_vec3() + frame.s * offset.x + frame.t * offset.y

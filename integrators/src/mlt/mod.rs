@@ -1,7 +1,8 @@
 //! Metropolis light transport on path space (Veach and Guibas 1997; Veach 1997, chapter 11).
 //!
-//! The state of a chain is a whole path x̄; mutations propose another one, and Metropolis–Hastings accepts it so that paths come up in
-//! proportion to the luminance f*(x̄) of what they bring. A path that is hard to find is found once, and its neighbours from there.
+//! The state of a chain is a whole path x̄; mutations propose another one, and Metropolis–Hastings
+//! accepts it so that paths come up in proportion to the luminance f*(x̄) of what they bring. A
+//! path that is hard to find is found once, and its neighbours from there.
 //!
 //! | step | file |
 //! | --- | --- |
@@ -54,7 +55,8 @@ pub struct Mlt {
     pub sizes: Sizes,
     /// Chains and bootstrap.
     pub chains: ChainOptions,
-    /// Luminance over a coarse pilot image of it as the target, so that dark regions get their share of the mutations.
+    /// Luminance over a coarse pilot image of it as the target, so that dark regions get their
+    /// share of the mutations.
     pub two_stage: bool,
     seeds: Seeds,
     spec: String,
@@ -131,8 +133,9 @@ impl Sizes {
 }
 
 impl Mlt {
-    /// From options: `bidir`, `lens`, `caustic`, `multi` (shares of the mutations), `step` and `area` (sizes of perturbations),
-    /// `target` = luminance | two-stage, `chains`, `bootstrap`, `max_depth`.
+    /// From options: `bidir`, `lens`, `caustic`, `multi` (shares of the mutations), `step` and
+    /// `area` (sizes of perturbations), `target` = luminance | two-stage, `chains`, `bootstrap`,
+    /// `max_depth`.
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.

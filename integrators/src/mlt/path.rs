@@ -8,10 +8,12 @@ use pathspace_core::film::Families;
 use pathspace_core::measure::Edge;
 use pathspace_core::path::{Origin, Path, Vertex, WalkClass};
 
-/// A path x̄ = x₀…x_k with f(x̄) ≠ 0 and what is known of it: edges, specular vertices, film position.
+/// A path x̄ = x₀…x_k with f(x̄) ≠ 0 and what is known of it: edges, specular vertices, film
+/// position.
 ///
-/// A state of a chain has f*(x̄) > 0; a proposal may have one that is no finite number, so that it can be reported.
-/// Visibility is not part of f here, as in [`pathspace_core::path::contribution`]; whoever makes a path has looked.
+/// A state of a chain has f*(x̄) > 0; a proposal may have one that is no finite number, so that it
+/// can be reported. Visibility is not part of f here, as in [`pathspace_core::path::contribution`];
+/// whoever makes a path has looked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MltPath {
     path: Path,
@@ -96,7 +98,8 @@ impl MltPath {
         self.film
     }
 
-    /// True where x_i scatters, emits or receives by a delta function: a specular event, a point or directional light, a pinhole.
+    /// True where x_i scatters, emits or receives by a delta function: a specular event, a point or
+    /// directional light, a pinhole.
     pub fn is_specular(&self, i: usize) -> bool {
         self.specular[i]
     }
@@ -106,7 +109,8 @@ impl MltPath {
         self.path.events[i]
     }
 
-    /// Whether technique (s, k + 1 − s) can make the path: [`pathspace_core::path::samplable`] from the cached flags.
+    /// Whether technique (s, k + 1 − s) can make the path: [`pathspace_core::path::samplable`] from
+    /// the cached flags.
     pub fn samplable(&self, s: usize) -> bool {
         let k = self.length();
         if s > k + 1 || (self.specular[0] && k == 1) {

@@ -22,7 +22,8 @@ pub enum Seeds {
 }
 
 impl Seeds {
-    /// Families of techniques that make starts. Chains stay on the paths that these can make, else starts would be missing where chains come to.
+    /// Families of techniques that make starts. Chains stay on the paths that these can make, else
+    /// starts would be missing where chains come to.
     pub(crate) fn families(&self, scene: &Scene) -> Families {
         match self {
             Seeds::Bdpt(bdpt) => bdpt.families(scene),
@@ -46,10 +47,12 @@ impl Seeds {
     }
 }
 
-/// One bootstrap sample: of all paths of a sample of `seeds` one, picked in proportion to the target c_i of its weighted contribution
-/// w f/p (luminance times the weight of its place in the image), and W = Σc_i. Then E[W h(x̄)] = E[Σ c_i h(x̄_i)] = ∫ f* h.
+/// One bootstrap sample: of all paths of a sample of `seeds` one, picked in proportion to the
+/// target c_i of its weighted contribution w f/p (luminance times the weight of its place in the
+/// image), and W = Σc_i. Then E[W h(x̄)] = E[Σ c_i h(x̄_i)] = ∫ f* h.
 ///
-/// `None` where nothing contributes. A W that is no finite number comes with a path that holds the contribution.
+/// `None` where nothing contributes. A W that is no finite number comes with a path that holds the
+/// contribution.
 pub(super) fn start(
     scene: &Scene,
     seeds: &Seeds,
@@ -72,7 +75,8 @@ pub(super) fn start(
         }
         x -= share;
     }
-    // A path whose own edges deny its specular components (they are as short as rounding) has f = 0: it is none of the space.
+    // A path whose own edges deny its specular components (they are as short as rounding) has f =
+    // 0: it is none of the space.
     Some((MltPath::new(scene, picked?)?, total))
 }
 

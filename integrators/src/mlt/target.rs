@@ -23,7 +23,8 @@ pub struct Weighted {
     pub share: f64,
 }
 
-/// Path-space Metropolis as a chain: starts by bidirectional path tracing, moves by a mixture of mutations.
+/// Path-space Metropolis as a chain: starts by bidirectional path tracing, moves by a mixture of
+/// mutations.
 pub struct PathChain {
     seeds: Seeds,
     families: Families,
@@ -33,8 +34,8 @@ pub struct PathChain {
 }
 
 impl PathChain {
-    /// A chain on the paths that `seeds` can make, by the mutations of positive share. `two_stage`: the target is luminance over
-    /// that of a coarse pilot image instead of luminance.
+    /// A chain on the paths that `seeds` can make, by the mutations of positive share. `two_stage`:
+    /// the target is luminance over that of a coarse pilot image instead of luminance.
     pub fn new(scene: &Scene, seeds: Seeds, two_stage: bool, mutators: Vec<Weighted>) -> Self {
         PathChain {
             families: seeds.families(scene),
@@ -102,8 +103,8 @@ impl ChainTarget for PathChain {
         }
     }
 
-    /// a = min(1, f*(ȳ) P(ȳ) T(ȳ→x̄) / (f*(x̄) P(x̄) T(x̄→ȳ))) with P(x̄) the probability of the mutation among those that
-    /// apply to x̄.
+    /// a = min(1, f*(ȳ) P(ȳ) T(ȳ→x̄) / (f*(x̄) P(x̄) T(x̄→ȳ))) with P(x̄) the probability of the
+    /// mutation among those that apply to x̄.
     fn propose(&self, scene: &Scene, x: &mut MltPath, u: &mut RandomStream) -> Proposal<MltPath> {
         let x = &*x;
         let total = self.total(x);

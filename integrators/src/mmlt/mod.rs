@@ -1,11 +1,15 @@
 //! Multiplexed Metropolis light transport (Hachisuka, Kaplanyan and Dachsbacher 2014).
 //!
-//! A chain of path length k walks the primary sample space of bidirectional path tracing with one coordinate more, that selects the technique
-//! (s, t), s + t = k + 1. One point is one path, by one technique; its contribution n_k w_{s,t} f/p_{s,t}, with n_k the number of
-//! techniques, has the same integral as all techniques together. The chain finds techniques in proportion to what they contribute.
+//! A chain of path length k walks the primary sample space of bidirectional path tracing with one
+//! coordinate more, that selects the technique (s, t), s + t = k + 1. One point is one path, by one
+//! technique; its contribution n_k w_{s,t} f/p_{s,t}, with n_k the number of techniques, has the
+//! same integral as all techniques together. The chain finds techniques in proportion to what they
+//! contribute.
 //!
-//! The bootstrap does not draw one technique at a time, as the paper does: it makes every technique of a pair of subpaths ([`Bdpt::estimate_every`]), each of which
-//! is a point of one of these spaces. b̂ then has the variance of bidirectional path tracing instead of one many times as large.
+//! The bootstrap does not draw one technique at a time, as the paper does: it makes every technique
+//! of a pair of subpaths ([`Bdpt::estimate_every`]), each of which is a point of one of these
+//! spaces. b̂ then has the variance of bidirectional path tracing instead of one many times as
+//! large.
 
 use std::sync::Arc;
 
@@ -34,8 +38,9 @@ pub struct Mmlt {
 }
 
 impl Mmlt {
-    /// From options: `heuristic`, `s`, `t`, `max_depth`; `lengths` = chain | step, whether a large step draws the length anew, and
-    /// `continue`, the ratio of the probabilities of lengths k + 1 and k then; `mis`, which needs that; and those of [`PrimaryOptions::from_options`].
+    /// From options: `heuristic`, `s`, `t`, `max_depth`; `lengths` = chain | step, whether a large
+    /// step draws the length anew, and `continue`, the ratio of the probabilities of lengths k + 1
+    /// and k then; `mis`, which needs that; and those of [`PrimaryOptions::from_options`].
     ///
     /// # Errors
     /// Where an option is unknown or its value out of range.
@@ -116,13 +121,15 @@ impl Multiplexed {
     /// The coordinate that selects the technique.
     pub const SELECTOR: (Stream, usize) = (Stream::Connection, 0);
 
-    /// A value of the selector for the techniques with s emitter-side vertices, any of them by the uniform number `u`.
+    /// A value of the selector for the techniques with s emitter-side vertices, any of them by the
+    /// uniform number `u`.
     pub fn select(scene: &Scene, k: u16, s: usize, u: f32) -> Option<f32> {
         let (count, s) = (f64::from(Multiplexed::count(scene, k)), s as f64);
         coordinate_between(s / count, (s + 1.0) / count, u)
     }
 
-    /// Number of techniques of paths with k edges: s = 0 … k + 1, without t = 0 where the sensor is a pinhole.
+    /// Number of techniques of paths with k edges: s = 0 … k + 1, without t = 0 where the sensor is
+    /// a pinhole.
     pub fn count(scene: &Scene, k: u16) -> u32 {
         u32::from(k) + if scene.sensor().is_pinhole() { 1 } else { 2 }
     }
@@ -205,7 +212,8 @@ impl Integrand for Multiplexed {
     }
 }
 
-/// A pair of subpaths, by 48 bits, and the number that places the selector of a start within its technique.
+/// A pair of subpaths, by 48 bits, and the number that places the selector of a start within its
+/// technique.
 fn pair(u: &mut RandomStream) -> (u64, f32) {
     let mut bits = || (f64::from(u.next()) * f64::from(1 << 24)) as u64;
     (bits() << 24 | bits(), u.next())

@@ -2,7 +2,8 @@
 
 use pathspace_core::random::PrimarySample;
 
-/// Coordinates are multiples of 2⁻²⁴, as those of a random stream are: a perturbation adds an integer modulo 2²⁴, symmetric to the bit.
+/// Coordinates are multiples of 2⁻²⁴, as those of a random stream are: a perturbation adds an
+/// integer modulo 2²⁴, symmetric to the bit.
 pub(super) const BITS: u32 = 24;
 /// 2²⁴.
 pub(super) const GRID: f64 = (1u32 << BITS) as f64;
@@ -10,7 +11,8 @@ pub(super) const GRID: f64 = (1u32 << BITS) as f64;
 /// A symmetric perturbation of a coordinate on the circle [0, 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kernel {
-    /// u ± s₂ exp(−ln(s₂/s₁) ξ), sizes between s₁ and s₂ with density ∝ 1/size (Kelemen et al. 2002, §4).
+    /// u ± s₂ exp(−ln(s₂/s₁) ξ), sizes between s₁ and s₂ with density ∝ 1/size (Kelemen et al.
+    /// 2002, §4).
     Kelemen {
         /// Smallest size.
         s1: f64,

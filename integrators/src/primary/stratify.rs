@@ -6,8 +6,9 @@ use crate::chain::{Reader, Writer};
 
 /// Where a chain stands among all chains of its run.
 ///
-/// The k-th large steps of all C chains share a grid of at least C cells: chain c takes cell (c + r_k) mod cells, r_k uniform and new for every
-/// k. Each chain alone sees independent uniform positions, so nothing changes for its target; together the chains cover the film evenly.
+/// The k-th large steps of all C chains share a grid of at least C cells: chain c takes cell (c +
+/// r_k) mod cells, r_k uniform and new for every k. Each chain alone sees independent uniform
+/// positions, so nothing changes for its target; together the chains cover the film evenly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     chain: u64,

@@ -32,7 +32,8 @@ pub trait Integrand: Send + Sync + 'static {
         sink: &mut S,
     );
 
-    /// The candidates of a bootstrap sample, by the f* of their contributions (NaN where one is not finite). Here: one point of one part.
+    /// The candidates of a bootstrap sample, by the f* of their contributions (NaN where one is not
+    /// finite). Here: one point of one part.
     fn candidates(
         &self,
         scene: &Scene,
@@ -59,12 +60,14 @@ pub trait Integrand: Send + Sync + 'static {
         (self.part(u).0, Box::new(u.clone()))
     }
 
-    /// A coordinate that small steps leave alone because jumps change it; `None` for an integrand without jumps.
+    /// A coordinate that small steps leave alone because jumps change it; `None` for an integrand
+    /// without jumps.
     fn held(&self) -> Option<(Stream, usize)> {
         None
     }
 
-    /// Proposes other coordinates of the same part for what x stands for; writes them to `y`. An integrand without jumps always stays.
+    /// Proposes other coordinates of the same part for what x stands for; writes them to `y`. An
+    /// integrand without jumps always stays.
     fn jump(
         &self,
         _scene: &Scene,
@@ -106,8 +109,9 @@ pub struct PrimaryOptions {
     pub kernel: Kernel,
     /// Large steps draw the part anew; else a chain stays in the part that it starts in.
     pub redraw: bool,
-    /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen et al. 2002, §5). With several parts it needs
-    /// `redraw`, because how many chains a part has follows from the bootstrap and not from its probability.
+    /// Large steps are also used as independent samples, weighted against the chain's own (Kelemen
+    /// et al. 2002, §5). With several parts it needs `redraw`, because how many chains a part has
+    /// follows from the bootstrap and not from its probability.
     pub mis: bool,
     /// Film positions of large steps are stratified across chains.
     pub stratify: bool,
@@ -118,8 +122,9 @@ pub struct PrimaryOptions {
 }
 
 impl PrimaryOptions {
-    /// From options: `large`, `kernel` (`s1`, `s2`, `sigma`), `stratify`, `target` = luminance | two-stage, and those of
-    /// [`ChainOptions::from_options`]. `jump`, `mis` and `redraw` are left to the integrator.
+    /// From options: `large`, `kernel` (`s1`, `s2`, `sigma`), `stratify`, `target` = luminance |
+    /// two-stage, and those of [`ChainOptions::from_options`]. `jump`, `mis` and `redraw` are left
+    /// to the integrator.
     ///
     /// # Errors
     /// [`SpecError::BadValue`].
@@ -151,8 +156,9 @@ pub struct PrimaryTarget<I> {
     integrand: I,
     options: PrimaryOptions,
     image: Option<ImageWeight>,
-    /// ∫f* by the pilot: only shares samples out between the two estimators of [`PrimaryOptions::mis`], so that it need not be exact; but
-    /// b̂ itself in its place would correlate with the starts.
+    /// ∫f* by the pilot: only shares samples out between the two estimators of
+    /// [`PrimaryOptions::mis`], so that it need not be exact; but b̂ itself in its place would
+    /// correlate with the starts.
     pilot_b: f64,
 }
 
@@ -167,7 +173,8 @@ impl<I: Integrand> PrimaryTarget<I> {
         &self.integrand
     }
 
-    /// Evaluates a point whose coordinates `u` gives; the contribution that is not finite, if there is one.
+    /// Evaluates a point whose coordinates `u` gives; the contribution that is not finite, if there
+    /// is one.
     pub(crate) fn evaluate<U: PrimarySample>(
         &self,
         scene: &Scene,
@@ -205,7 +212,8 @@ impl<I: Integrand> PrimaryTarget<I> {
         }
     }
 
-    /// Share of the chain's samples at a point of this W = f*/p, against independent ones: balance heuristic of the densities W/b and `large`.
+    /// Share of the chain's samples at a point of this W = f*/p, against independent ones: balance
+    /// heuristic of the densities W/b and `large`.
     fn share(&self, w: f64) -> f64 {
         if self.mixes() { 1.0 / (1.0 + self.options.large * self.pilot_b / w) } else { 1.0 }
     }

@@ -14,12 +14,15 @@ struct Coordinate {
     time: u32,
 }
 
-/// A point of [0, 1)^∞ for each [`Stream`], of which only the coordinates that were ever read exist.
+/// A point of [0, 1)^∞ for each [`Stream`], of which only the coordinates that were ever read
+/// exist.
 ///
-/// Every accepted move advances the time by one and mutates *all* coordinates. Those that the move did not read are brought up to date when
-/// they are needed (Kelemen et al. 2002, §4.2): by as many perturbations as moves have passed, or by a uniform number where a large step was
-/// among them. Unlike there, a coordinate of the *current* point that is brought up to date stays so
-/// when the proposal is rejected; forgetting it would let the rejection choose among values that the chain has.
+/// Every accepted move advances the time by one and mutates *all* coordinates. Those that the move
+/// did not read are brought up to date when they are needed (Kelemen et al. 2002, §4.2): by as many
+/// perturbations as moves have passed, or by a uniform number where a large step was among them.
+/// Unlike there, a coordinate of the *current* point that is brought up to date stays so when the
+/// proposal is rejected; forgetting it would let the rejection choose among values that the chain
+/// has.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PrimaryVector {
     streams: [Vec<Coordinate>; Stream::COUNT],
@@ -160,7 +163,8 @@ impl<U: PrimarySample + ?Sized> PrimarySample for Recorder<'_, U> {
     }
 }
 
-/// Reads the coordinates of a point as they are. One that the point does not have is 0: an evaluation that the point was made by reads none.
+/// Reads the coordinates of a point as they are. One that the point does not have is 0: an
+/// evaluation that the point was made by reads none.
 pub struct Reading<'a> {
     vector: &'a PrimaryVector,
     stream: Stream,

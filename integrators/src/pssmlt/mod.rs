@@ -1,9 +1,10 @@
-//! Primary-sample-space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002, "A Simple and Robust Mutation
-//! Strategy for the Metropolis Light Transport Algorithm").
+//! Primary-sample-space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002,
+//! "A Simple and Robust Mutation Strategy for the Metropolis Light Transport Algorithm").
 //!
-//! A [`PathEstimator`] maps a point u of the unit cube to contributions f_j(u); a chain walks the cube with density f*(u)/b, f* the luminance of
-//! their sum. Large steps draw u anew, small steps perturb every coordinate by a symmetric kernel, so that both are accepted with
-//! min(1, f*(v)/f*(u)). Any estimator will do, those of plug-ins included.
+//! A [`PathEstimator`] maps a point u of the unit cube to contributions f_j(u); a chain walks the
+//! cube with density f*(u)/b, f* the luminance of their sum. Large steps draw u anew, small steps
+//! perturb every coordinate by a symmetric kernel, so that both are accepted with min(1,
+//! f*(v)/f*(u)). Any estimator will do, those of plug-ins included.
 
 use std::sync::Arc;
 
@@ -38,7 +39,8 @@ impl<E> Pssmlt<E> {
     }
 }
 
-/// From options: `over` = bdpt | pt with the options of that estimator; `mis`; and those of [`PrimaryOptions::from_options`].
+/// From options: `over` = bdpt | pt with the options of that estimator; `mis`; and those of
+/// [`PrimaryOptions::from_options`].
 ///
 /// # Errors
 /// Where an option is unknown or its value out of range.

@@ -13,11 +13,12 @@ use super::{Settings, SolveError};
 
 /// Marks a cell without element.
 const NONE: u32 = u32::MAX;
-/// Samples along the edge of a cell in its two fine sets; different counts, so that samples of an element and itself never
-/// coincide.
+/// Samples along the edge of a cell in its two fine sets; different counts, so that samples of an
+/// element and itself never coincide.
 pub(super) const FINE: [u32; 2] = [8, 9];
-/// Height over a plane, in the normalised scene, up to which rounding of positions and normals to `f32` may put a point of the
-/// plane. Whoever takes such a height for a real one sees from one side of a plane to the other.
+/// Height over a plane, in the normalised scene, up to which rounding of positions and normals to
+/// `f32` may put a point of the plane. Whoever takes such a height for a real one sees from one
+/// side of a plane to the other.
 pub(super) const FLAT: f64 = 1e-6;
 
 /// A cell of a chart on one side of the surface, with constant radiosity on its open part.
@@ -36,13 +37,15 @@ pub struct Element {
     /// Radius of the cell about its first-to-last middle.
     pub(super) radius: f64,
     pub(super) center: DVec3,
-    /// Samples of equal area: of the whole cell while it is being found out what is open, afterwards of the open part alone.
+    /// Samples of equal area: of the whole cell while it is being found out what is open,
+    /// afterwards of the open part alone.
     pub(super) points: Vec<SurfacePoint>,
     /// Which of them light can reach at all.
     pub(super) open: Vec<bool>,
     /// Which samples of the fine sets light can reach; empty where all of them are open.
     pub(super) fine: [Vec<bool>; 2],
-    /// Samples of the whole cell, each with whether light can reach it; empty where all of it is open.
+    /// Samples of the whole cell, each with whether light can reach it; empty where all of it is
+    /// open.
     pub(super) cover: Vec<(SurfacePoint, bool)>,
     /// Area of the open part over that of the cell.
     pub(super) share: f64,
@@ -62,7 +65,8 @@ impl Element {
         self.area * self.share
     }
 
-    /// Whether two samples of two elements lie on the side of each other that is meant, by more than rounding.
+    /// Whether two samples of two elements lie on the side of each other that is meant, by more
+    /// than rounding.
     pub(super) fn faces(&self, x: &SurfacePoint, other: &Element, y: &SurfacePoint) -> bool {
         let d = y.p.as_dvec3() - x.p.as_dvec3();
         d.dot(self.normal(x)) > FLAT && -d.dot(other.normal(y)) > FLAT
@@ -87,7 +91,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Cuts every surface into cells of edges about `settings.edge`. `most` bounds the number of cells.
+    /// Cuts every surface into cells of edges about `settings.edge`. `most` bounds the number of
+    /// cells.
     pub(super) fn new(scene: &Scene, settings: &Settings, most: u64) -> Result<Mesh, SolveError> {
         if let Some(shape) = scene.shapes().iter().find(|shape| !scene.is_faceted(shape)) {
             return Err(SolveError::Refused(format!(
@@ -196,8 +201,8 @@ impl Mesh {
         }
     }
 
-    /// The element that is seen at a point of a surface from direction `d` (away from the surface); `None` where it
-    /// is black.
+    /// The element that is seen at a point of a surface from direction `d` (away from the surface);
+    /// `None` where it is black.
     pub fn find(&self, point: &SurfacePoint, d: glam::Vec3) -> Option<usize> {
         let chart = *self.of_prim.get(&point.prim)? as usize;
         let cell = self.grids[chart].find(self.charts[chart].locate(point.p));

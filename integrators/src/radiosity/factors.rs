@@ -1,9 +1,9 @@
 //! Form factors A_i F_ij = ∬ G V/π dA dA (Goral et al. 1984).
 //!
-//! The inner integral over a flat element is Lambert's closed form, clipped at the horizon; over a curved one the mean of
-//! its samples. The outer integral is the mean over samples, more of them where two elements are near. Each outer sample
-//! looks at one inner sample, another one each, which estimates the visible share.
-//! Only j ≥ i is computed; A_j F_ji = A_i F_ij by construction.
+//! The inner integral over a flat element is Lambert's closed form, clipped at the horizon; over a
+//! curved one the mean of its samples. The outer integral is the mean over samples, more of them
+//! where two elements are near. Each outer sample looks at one inner sample, another one each,
+//! which estimates the visible share. Only j ≥ i is computed; A_j F_ji = A_i F_ij by construction.
 
 use std::f64::consts::PI;
 
@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use super::elements::{Element, FLAT, Mesh};
 
-/// Elements nearer than this many times the sum of their radii are integrated with the fine sets; so are flat ones of which
-/// one emits.
+/// Elements nearer than this many times the sum of their radii are integrated with the fine sets;
+/// so are flat ones of which one emits.
 const NEAR: f64 = 2.0;
 /// Inner samples that each outer one of near elements looks at.
 const NEAR_LOOKS: usize = 4;
@@ -44,8 +44,9 @@ pub fn exchange(scene: &Scene, mesh: &Mesh, i: usize, j: usize) -> f64 {
     if !may_face(a, b) || !may_face(b, a) {
         return 0.0;
     }
-    // The closed form takes edges of the inner element exactly, so the larger one is inner: in the gap over a lamp samples of the
-    // ceiling would see its edges as steps. Of an element that is partly closed it does not know the edge, so that one is outer.
+    // The closed form takes edges of the inner element exactly, so the larger one is inner: in the
+    // gap over a lamp samples of the ceiling would see its edges as steps. Of an element that is
+    // partly closed it does not know the edge, so that one is outer.
     let whole = |e: &Element| e.cover.is_empty();
     let swap = whole(a) && (!whole(b) || b.area < a.area * (1.0 - 1e-9));
     let (a, b) = if swap { (b, a) } else { (a, b) };
@@ -74,8 +75,8 @@ pub fn exchange(scene: &Scene, mesh: &Mesh, i: usize, j: usize) -> f64 {
 /// An element and samples of it, each with whether light can reach it.
 type Samples<'a> = (&'a Element, &'a [(SurfacePoint, bool)]);
 
-/// The mean over open samples x of `a` of ∫ G V/π over `b`, times the open area of `a`. Where the samples of `b` are of its open part
-/// alone, `cover` is of all of it.
+/// The mean over open samples x of `a` of ∫ G V/π over `b`, times the open area of `a`. Where the
+/// samples of `b` are of its open part alone, `cover` is of all of it.
 fn mean(
     scene: &Scene,
     (a, p): Samples<'_>,
@@ -83,7 +84,8 @@ fn mean(
     cover: &[(SurfacePoint, bool)],
     looks: usize,
 ) -> f64 {
-    // A stride prime to the number of samples takes each inner sample once, far from where its neighbour is taken.
+    // A stride prime to the number of samples takes each inner sample once, far from where its
+    // neighbour is taken.
     let stride = stride(p.len());
     let (mut sum, mut count) = (0.0, 0_u32);
     for (k, (x, _)) in p.iter().enumerate().filter(|(_, (_, open))| *open) {
@@ -99,7 +101,8 @@ fn mean(
     if count == 0 { 0.0 } else { a.open_area() * sum / f64::from(count) }
 }
 
-/// How much of what faces x is open: the closed form has nothing of what is turned away, be it open or not.
+/// How much of what faces x is open: the closed form has nothing of what is turned away, be it open
+/// or not.
 fn open_share(a: &Element, x: &SurfacePoint, b: &Element, cover: &[(SurfacePoint, bool)]) -> f64 {
     let (mut open, mut all) = (0_u32, 0_u32);
     for (_, is_open) in cover.iter().filter(|(y, _)| a.faces(x, b, y)) {
@@ -109,8 +112,8 @@ fn open_share(a: &Element, x: &SurfacePoint, b: &Element, cover: &[(SurfacePoint
     if all == 0 { 1.0 } else { f64::from(open) / f64::from(all) }
 }
 
-/// The share of ∫ G dA over `b` that is open and visible from x, from `looks` samples of those that face x: the closed form has
-/// nothing of what is turned away.
+/// The share of ∫ G dA over `b` that is open and visible from x, from `looks` samples of those that
+/// face x: the closed form has nothing of what is turned away.
 fn visible_share(
     scene: &Scene,
     (a, x): (&Element, &SurfacePoint),

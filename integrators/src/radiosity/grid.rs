@@ -15,7 +15,8 @@ pub(super) enum Cell {
         origin: [f64; 2],
         size: [f64; 2],
     },
-    /// Corner and signed edge length of a triangle similar to the chart, turned by half a turn where it is negative.
+    /// Corner and signed edge length of a triangle similar to the chart, turned by half a turn
+    /// where it is negative.
     Triangle {
         origin: [f64; 2],
         size: f64,
@@ -71,8 +72,9 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Cells of edges up to about `h`, each halved so often. What hangs close over a rectangle, nearer than `h`, and along its sides puts its
-    /// outline into the grid: below it hardly any light arrives, and the mean of a cell over both sides of the outline is that of neither.
+    /// Cells of edges up to about `h`, each halved so often. What hangs close over a rectangle,
+    /// nearer than `h`, and along its sides puts its outline into the grid: below it hardly any
+    /// light arrives, and the mean of a cell over both sides of the outline is that of neither.
     pub(super) fn new(chart: &Chart, all: &[Chart], h: f64, halvings: u32) -> Self {
         let extent = chart.extent();
         let lines = if is_rectangle(chart) { outlines(chart, all, h) } else { Default::default() };
@@ -128,8 +130,8 @@ impl Grid {
         let [n, _] = self.counts();
         let n = n as u32;
         let size = 1.0 / f64::from(n);
-        // Square (i, j) of the lower half holds an upright triangle and, but on the diagonal, one turned by half a
-        // turn; the squares above the diagonal hold the latter.
+        // Square (i, j) of the lower half holds an upright triangle and, but on the diagonal, one
+        // turned by half a turn; the squares above the diagonal hold the latter.
         let cell = |i: u32, j: u32| {
             if i + j < n {
                 Cell::Triangle { origin: [f64::from(i) * size, f64::from(j) * size], size }
@@ -182,7 +184,8 @@ fn aligned(a: DVec3, b: DVec3, right: bool) -> bool {
     if right { a.dot(b).abs() < ALIGNED } else { a.cross(b).length() < ALIGNED }
 }
 
-/// Coordinates u and v, rising, of the outlines of rectangles within `h` of this one whose sides are parallel to its own.
+/// Coordinates u and v, rising, of the outlines of rectangles within `h` of this one whose sides
+/// are parallel to its own.
 fn outlines(chart: &Chart, all: &[Chart], h: f64) -> [Vec<f64>; 2] {
     let [o, u, v] = sides(chart);
     let n = u.cross(v).normalize_or_zero();

@@ -1,8 +1,11 @@
-//! Radiosity: the deterministic answer of finite elements (Goral, Torrance, Greenberg & Battaile 1984).
+//! Radiosity: the deterministic answer of finite elements (Goral, Torrance, Greenberg & Battaile
+//! 1984).
 //!
-//! Between diffuse surfaces the rendering equation is B = E + ρKB for one number a point and channel. It is discretised with constant
-//! elements (Galerkin): B_i = E_i + ρ_i Σ_j F_ij B_j, A_i F_ij = ∬ G V/π. Neumann's series of it is solved bounce by bounce, so that path
-//! lengths come apart as in every other integrator: what is seen of B⁽ᵏ⁾/π is the contribution of paths of k + 1 edges.
+//! Between diffuse surfaces the rendering equation is B = E + ρKB for one number a point and
+//! channel. It is discretised with constant elements (Galerkin): B_i = E_i + ρ_i Σ_j F_ij B_j, A_i
+//! F_ij = ∬ G V/π. Neumann's series of it is solved bounce by bounce, so that path lengths come
+//! apart as in every other integrator: what is seen of B⁽ᵏ⁾/π is the contribution of paths of k + 1
+//! edges.
 //!
 //! | step | where |
 //! | --- | --- |
@@ -14,8 +17,9 @@
 //! | B⁽ᵏ⁾ | [`System`] |
 //! | camera rays that read it | [`RadiosityIntegrator`] |
 //!
-//! The only randomness left is where in a pixel a camera ray begins. What remains of finite elements is a systematic error that falls with
-//! their edges; `pathspace-validation` extrapolates it.
+//! The only randomness left is where in a pixel a camera ray begins. What remains of finite
+//! elements is a systematic error that falls with their edges; `pathspace-validation` extrapolates
+//! it.
 
 mod elements;
 pub mod factors;
@@ -53,11 +57,13 @@ pub const NAME: &str = "radiosity";
 /// How a scene is discretised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Edge of elements as a fraction of the radius of the scene's bounding sphere; `None`: from `elements`.
+    /// Edge of elements as a fraction of the radius of the scene's bounding sphere; `None`: from
+    /// `elements`.
     pub h: Option<f64>,
     /// About how many elements, both sides of surfaces counted together.
     pub elements: u32,
-    /// How often the edges of that mesh are halved: every cell into four, so that meshes of 0, 1, 2, … halvings are nested.
+    /// How often the edges of that mesh are halved: every cell into four, so that meshes of 0, 1,
+    /// 2, … halvings are nested.
     pub halvings: u32,
     /// Samples along the edge of an element for form factors.
     pub samples: u32,

@@ -1,5 +1,6 @@
-//! Which parts of surfaces light can reach at all: insides of closed blocks, what they cover, and backs of walls are left out, so that
-//! the radiosity of an element is that of its open part and does not fade where a block stands on it.
+//! Which parts of surfaces light can reach at all: insides of closed blocks, what they cover, and
+//! backs of walls are left out, so that the radiosity of an element is that of its open part and
+//! does not fade where a block stands on it.
 
 use pathspace_core::Scene;
 use pathspace_core::math::{Frame, warp};
@@ -19,9 +20,10 @@ const ROUNDS: u64 = 64;
 /// Points beside the fine sets that measure the open part of an element that is not wholly open.
 const MEASURE: u32 = 256;
 
-/// Marks the samples that emit, then round by round those that see a marked one which sends light on; then measures the open part of
-/// each element with its fine sets. A point is tested by whole points, so what is behind a closed surface stays closed exactly. One
-/// that sees so little of what is lit that no random try finds it stays dark.
+/// Marks the samples that emit, then round by round those that see a marked one which sends light
+/// on; then measures the open part of each element with its fine sets. A point is tested by whole
+/// points, so what is behind a closed surface stays closed exactly. One that sees so little of what
+/// is lit that no random try finds it stays dark.
 pub(super) fn mark(scene: &Scene, mesh: &mut Mesh) {
     for element in mesh.elements.iter_mut().filter(|e| e.emission.is_some()) {
         element.open.fill(true);
@@ -101,8 +103,9 @@ impl<'a> Light<'a> {
         Light { scene, mesh, sources }
     }
 
-    /// Whether one of `tries` sources is seen from a point of an element: every other one any at all, the rest of an element that the
-    /// point sees much of. In a narrow gap the former are hardly ever visible.
+    /// Whether one of `tries` sources is seen from a point of an element: every other one any at
+    /// all, the rest of an element that the point sees much of. In a narrow gap the former are
+    /// hardly ever visible.
     fn reaches(&self, from: &Element, point: &SurfacePoint, tries: u32, address: Address) -> bool {
         if self.sources.is_empty() {
             return false;

@@ -94,8 +94,8 @@ impl System {
         self.exchange.par_chunks(n.max(1)).enumerate().map(row).collect()
     }
 
-    /// Neumann's series of one emitter: B⁽ᵏ⁾ for k = 0, 1, …, of `max_bounces` reflections at most; without a limit, until
-    /// the power that is left is a ten-millionth of the sum.
+    /// Neumann's series of one emitter: B⁽ᵏ⁾ for k = 0, 1, …, of `max_bounces` reflections at most;
+    /// without a limit, until the power that is left is a ten-millionth of the sum.
     ///
     /// # Errors
     /// Where the series does not end in 2000 terms: a closed room that reflects everything.
@@ -129,8 +129,8 @@ impl System {
         Ok(terms)
     }
 
-    /// Solves (1 − ρF) B = E by Gauss and Seidel's iteration until the largest change is `tolerance` of the largest radiosity.
-    /// `None` where 10⁴ sweeps do not get there.
+    /// Solves (1 − ρF) B = E by Gauss and Seidel's iteration until the largest change is
+    /// `tolerance` of the largest radiosity. `None` where 10⁴ sweeps do not get there.
     pub fn gauss_seidel(&self, e: &Radiosity, tolerance: f64) -> Option<Radiosity> {
         let n = self.len();
         let mut b = e.clone();

@@ -6,8 +6,8 @@ use pathspace_core::random::{Address, PrimarySample, RandomStream};
 
 use super::elements::Mesh;
 
-/// Row i of A_i F_ij from `rays` rays of the cosine's density: the area of the cell times the share of rays that end on element j.
-/// Rays from what is closed end on nothing that is an element.
+/// Row i of A_i F_ij from `rays` rays of the cosine's density: the area of the cell times the share
+/// of rays that end on element j. Rays from what is closed end on nothing that is an element.
 pub fn traced_row(scene: &Scene, mesh: &Mesh, i: usize, rays: u32, seed: u64) -> Vec<f64> {
     let element = &mesh.elements[i];
     let mut row = vec![0.0; mesh.elements.len()];

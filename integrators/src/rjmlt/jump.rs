@@ -10,10 +10,12 @@ use crate::bdpt::Numbers;
 use crate::mmlt::Multiplexed;
 use crate::primary::{Integrand, Jump, Moving, PrimaryPoint, PrimaryVector, Reading};
 
-/// Distance in the normalised scene (or between directions of emitters at infinity) up to which a vertex counts as the same.
+/// Distance in the normalised scene (or between directions of emitters at infinity) up to which a
+/// vertex counts as the same.
 pub const TOLERANCE: f32 = 1e-4;
 
-/// The same as a part of the shorter edge at the vertex: in corners edges are as short as rounding is coarse.
+/// The same as a part of the shorter edge at the vertex: in corners edges are as short as rounding
+/// is coarse.
 pub const RELATIVE: f32 = 0.01;
 
 /// A path as a technique made it.
@@ -81,7 +83,8 @@ fn pick(weights: &[f64], from: Technique, mut u: f64) -> Option<Technique> {
     last
 }
 
-/// Makes the path of `here`, whose numbers are `x`, by technique `to`, and leaves its numbers in `y`.
+/// Makes the path of `here`, whose numbers are `x`, by technique `to`, and leaves its numbers in
+/// `y`.
 fn transfer(
     techniques: &Multiplexed,
     scene: &Scene,

@@ -1,35 +1,48 @@
-//! Reversible jump Metropolis light transport using inverse mappings (Bitterli, Jakob, Novák and Jarosz 2017).
+//! Reversible jump Metropolis light transport using inverse mappings (Bitterli, Jakob, Novák and
+//! Jarosz 2017).
 //!
-//! The space and the target are those of [`mmlt`](crate::mmlt): a chain of path length k, n techniques i = (s, t), numbers u that technique i makes the path
-//! x̄ = P_i(u) of, f̂(i, u) = n w_i(x̄) f(x̄)/p_i(x̄). Small steps leave the technique as it is; another move, the *jump*, leaves the path as it is and
-//! changes the technique: u′ = P_j⁻¹(x̄).
+//! The space and the target are those of [`mmlt`](crate::mmlt): a chain of path length k, n
+//! techniques i = (s, t), numbers u that technique i makes the path x̄ = P_i(u) of, f̂(i, u) = n
+//! w_i(x̄) f(x̄)/p_i(x̄). Small steps leave the technique as it is; another move, the *jump*,
+//! leaves the path as it is and changes the technique: u′ = P_j⁻¹(x̄).
 //!
-//! **Inverses.** P_j is a bijection in what the path depends on. A number that it does not depend on (the lobe of a surface that has one, a direction of
-//! a mirror) is drawn anew, and the number of a choice (emitter, triangle, reflection or refraction) uniformly from all that choose the same. The
-//! density of u′ given x̄ is then 1/p_j(x̄) of the image measure, so that the pair of a jump and the jump back has the Jacobian of Green (1995)
+//! **Inverses.** P_j is a bijection in what the path depends on. A number that it does not depend
+//! on (the lobe of a surface that has one, a direction of a mirror) is drawn anew, and the number
+//! of a choice (emitter, triangle, reflection or refraction) uniformly from all that choose the
+//! same. The density of u′ given x̄ is then 1/p_j(x̄) of the image measure, so that the pair of a
+//! jump and the jump back has the Jacobian of Green (1995)
 //!
 //! |∂u′/∂u| = p_j(x̄)/p_i(x̄)
 //!
-//! with the free numbers counted in. With q(i→j) the probability to pick j, the ratio of Metropolis, Hastings and Green is
+//! with the free numbers counted in. With q(i→j) the probability to pick j, the ratio of
+//! Metropolis, Hastings and Green is
 //!
 //! r = f̂(j, u′)/f̂(i, u) · |∂u′/∂u| · q(j→i)/q(i→j)
 //!   = (w_j f/p_j)/(w_i f/p_i) · p_j/p_i · q(j→i)/q(i→j) = w_j q(j→i) / (w_i q(i→j)) .
 //!
-//! In other words: the joint target of technique and path is w_i(x̄) f(x̄) dμ(x̄), and a jump is a step on i alone. With q(i→j) = w_j it is Gibbs' sampler:
-//! r = 1, and no jump is refused. `rjmlt` stays with probability w_i, for which it needs no more than the weight that the state has, and lays the
-//! path again only where it leaves.
+//! In other words: the joint target of technique and path is w_i(x̄) f(x̄) dμ(x̄), and a jump is a
+//! step on i alone. With q(i→j) = w_j it is Gibbs' sampler: r = 1, and no jump is refused. `rjmlt`
+//! stays with probability w_i, for which it needs no more than the weight that the state has, and
+//! lays the path again only where it leaves.
 //!
-//! **Rounding.** Numbers are multiples of 2⁻²⁴ and vertices are `f32`, so that P_j(u′) is not x̄ but a path ȳ next to it. The new state is the one that u′ makes, with
-//! its own f̂, and the ratio is the one of both paths,
+//! **Rounding.** Numbers are multiples of 2⁻²⁴ and vertices are `f32`, so that P_j(u′) is not x̄
+//! but a path ȳ next to it. The new state is the one that u′ makes, with its own f̂, and the ratio
+//! is the one of both paths,
 //!
-//! r = w_j(ȳ) f(ȳ) q(j→i | ȳ) / (w_i(x̄) f(x̄) q(i→j | x̄)), q(i→j | x̄) = (1 − w_i) w_j/Σ_{l≠i} w_l ,
+//! r = w_j(ȳ) f(ȳ) q(j→i | ȳ) / (w_i(x̄) f(x̄) q(i→j | x̄)), q(i→j | x̄) = (1 − w_i) w_j/Σ_{l≠i}
+//! w_l ,
 //!
-//! that of a move from (i, x̄) to (j, ȳ) whose displacement ȳ − x̄ is as likely as x̄ − ȳ. That alone is assumed of rounding; differences of f between both paths, however
-//! steep it is, are judged exactly. Vertices that both techniques walk to keep their numbers, and their positions to the bit. A jump is *lost* where ȳ strays from x̄ by more than
-//! [`TOLERANCE`] at some vertex, or by more than the part [`RELATIVE`] of an edge, or does not exist; and also where the jump back from ȳ would be lost, so that a direction in which inversion is hard is as
-//! closed as the other one. What is left of a bias is second order: rounding displaces a path by some 10⁻⁶ of the scene, without a preferred direction.
+//! that of a move from (i, x̄) to (j, ȳ) whose displacement ȳ − x̄ is as likely as x̄ − ȳ. That
+//! alone is assumed of rounding; differences of f between both paths, however steep it is, are
+//! judged exactly. Vertices that both techniques walk to keep their numbers, and their positions to
+//! the bit. A jump is *lost* where ȳ strays from x̄ by more than [`TOLERANCE`] at some vertex, or
+//! by more than the part [`RELATIVE`] of an edge, or does not exist; and also where the jump back
+//! from ȳ would be lost, so that a direction in which inversion is hard is as closed as the other
+//! one. What is left of a bias is second order: rounding displaces a path by some 10⁻⁶ of the
+//! scene, without a preferred direction.
 //!
-//! Every sampler of the core has an inverse; where one finds no numbers, the jump is lost and the chain goes on by its other moves.
+//! Every sampler of the core has an inverse; where one finds no numbers, the jump is lost and the
+//! chain goes on by its other moves.
 
 mod jump;
 

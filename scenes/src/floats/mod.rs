@@ -26,8 +26,9 @@ pub struct FloatImage {
 
 /// Reads an image that begins as an OpenEXR or PFM file; `None` where it begins otherwise.
 ///
-/// OpenEXR: R, G and B, or Y alone, or the only channel, of the first part that has them. A name may have its layer before a dot; channels without
-/// a layer come first. The data window counts, alpha does not. PFM: colour or grey.
+/// OpenEXR: R, G and B, or Y alone, or the only channel, of the first part that has them. A name
+/// may have its layer before a dot; channels without a layer come first. The data window counts,
+/// alpha does not. PFM: colour or grey.
 ///
 /// # Errors
 /// What is wrong, without the name of the file.

@@ -1,5 +1,5 @@
-//! Portable float maps: `PF` (colour) or `Pf` (grey), width and height, a scale whose sign tells the order of bytes, and rows from the
-//! bottom upwards.
+//! Portable float maps: `PF` (colour) or `Pf` (grey), width and height, a scale whose sign tells
+//! the order of bytes, and rows from the bottom upwards.
 
 use super::{FloatImage, check_size};
 

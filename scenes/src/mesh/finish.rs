@@ -14,7 +14,8 @@ pub(crate) struct Options {
 }
 
 /// Drops triangles without area, gives unit normals, and makes the winding agree with the vertex
-/// normals of the file, which decide the side in Mitsuba. Notes are for the user. Where no triangle has area, none is left.
+/// normals of the file, which decide the side in Mitsuba. Notes are for the user. Where no triangle
+/// has area, none is left.
 pub(crate) fn finish(
     raw: &RawMesh,
     to_world: &DAffine3,

@@ -115,8 +115,8 @@ impl Unknown {
     }
 }
 
-/// Puts lines that end in `\` together with the next one; empty lines after them keep the numbers of the others. A byte-order mark at
-/// the beginning becomes spaces: it would hide the first word.
+/// Puts lines that end in `\` together with the next one; empty lines after them keep the numbers
+/// of the others. A byte-order mark at the beginning becomes spaces: it would hide the first word.
 fn join_continued(mut bytes: Vec<u8>) -> Vec<u8> {
     if bytes.starts_with(b"\xef\xbb\xbf") {
         bytes[..3].fill(b' ');
@@ -182,7 +182,8 @@ fn drop_short_attributes(
 /// overlook.
 fn clean(bytes: &mut [u8], unknown: &mut Unknown) -> Option<(u32, String)> {
     let mut counts = Counts::default();
-    // Whether faces refer to texture coordinates and normals; tobj accepts that where there are none.
+    // Whether faces refer to texture coordinates and normals; tobj accepts that where there are
+    // none.
     let (mut uvs, mut normals) = (false, false);
     for (number, line) in bytes.split_mut(|b| *b == b'\n').enumerate() {
         let start = line.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(line.len());

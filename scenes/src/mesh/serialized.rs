@@ -1,8 +1,9 @@
 //! Mitsuba's `serialized` files: several compressed meshes in one file, versions 3 and 4.
 //!
-//! A mesh is a head of four bytes (0x041c and the version) and a zlib stream: flags, a name (version 4), the numbers of vertices and triangles,
-//! positions, normals, texture coordinates and colours as the flags say, and indices. At the end of the file stand the offsets of all
-//! meshes and their number.
+//! A mesh is a head of four bytes (0x041c and the version) and a zlib stream: flags, a name
+//! (version 4), the numbers of vertices and triangles, positions, normals, texture coordinates and
+//! colours as the flags say, and indices. At the end of the file stand the offsets of all meshes
+//! and their number.
 
 use std::io::Read;
 

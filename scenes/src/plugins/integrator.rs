@@ -15,7 +15,8 @@ pub struct RenderDefaults {
     pub max_depth: Option<u32>,
     /// Russian roulette starts at paths of this many edges (Mitsuba's `rr_depth`, default 5).
     pub rr_depth: u32,
-    /// Mitsuba's `hide_emitters`: light is seen by reflection only. Integrators may leave it out, with a note of the reader.
+    /// Mitsuba's `hide_emitters`: light is seen by reflection only. Integrators may leave it out,
+    /// with a note of the reader.
     pub hide_emitters: bool,
     /// Samples per pixel of the sensor's sampler.
     pub spp: Option<u32>,

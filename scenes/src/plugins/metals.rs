@@ -82,7 +82,8 @@ const TABLE: [(&str, [f32; 3], [f32; 3]); 71] = [
     ("d-C_palik", [2.70872, 2.31883, 2.2289], [0.0, 0.0, 0.0]),
 ];
 
-/// η and k of a named material; `none` is a perfect mirror. Case matters, as in the names of the elements.
+/// η and k of a named material; `none` is a perfect mirror. Case matters, as in the names of the
+/// elements.
 pub(super) fn by_name(name: &str) -> Option<(Rgb, Rgb)> {
     if name == "none" {
         return Some((Rgb::BLACK, Rgb::WHITE));

@@ -21,8 +21,8 @@ pub(crate) struct Props<'a> {
     taken: Vec<bool>,
 }
 
-/// Equal energy at all wavelengths as light: not the white of sRGB, which is D65. Mitsuba gives it these linear components;
-/// measured in its variant `scalar_rgb`.
+/// Equal energy at all wavelengths as light: not the white of sRGB, which is D65. Mitsuba gives it
+/// these linear components; measured in its variant `scalar_rgb`.
 const EQUAL_ENERGY: [f64; 3] = [1.204_794, 0.948_290, 0.908_916];
 
 impl<'a> Props<'a> {
@@ -259,7 +259,8 @@ impl<'a> Props<'a> {
         Ok(found)
     }
 
-    /// The nested object of a class that is given as property `name`; `None` where that is something else.
+    /// The nested object of a class that is given as property `name`; `None` where that is
+    /// something else.
     pub(crate) fn named(&mut self, name: &str, class: &str) -> Result<Option<usize>> {
         let Some(p) = self.object.properties.iter().find(|p| p.name == name) else {
             return Ok(None);

@@ -102,7 +102,8 @@ pub(super) fn read(
     Ok(Some(Shape { description, material, media }))
 }
 
-/// `center` and `radius`. A transform that stretches makes no ellipsoid: as in Mitsuba the radius is that along the own x axis.
+/// `center` and `radius`. A transform that stretches makes no ellipsoid: as in Mitsuba the radius
+/// is that along the own x axis.
 fn sphere(
     context: &mut Context<'_>,
     props: &mut Props<'_>,

@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::note::NoteKind;
 use crate::spectrum::{Meaning, Sampled};
 
-/// Linear sRGB of the spectrum with this index. Mitsuba 3.9.1 has no sampled spectra and no black body as objects in its rgb variants; they are
-/// converted as its lists of wavelength:value are.
+/// Linear sRGB of the spectrum with this index. Mitsuba 3.9.1 has no sampled spectra and no black
+/// body as objects in its rgb variants; they are converted as its lists of wavelength:value are.
 pub(super) fn read(context: &mut Context<'_>, index: usize, meaning: Meaning) -> Result<[f64; 3]> {
     let object = &context.graph.objects[index];
     let mut props = Props::new(context.graph, object);

@@ -1,4 +1,5 @@
-//! What the reader understands, as one table: readers, messages and the table in `scenes/README.md` all come from it.
+//! What the reader understands, as one table: readers, messages and the table in `scenes/README.md`
+//! all come from it.
 
 use std::collections::HashSet;
 
@@ -130,7 +131,8 @@ pub(crate) const TABLE: &[(&str, &str, Support)] = &[
     ("integrator", "volpathmis", As("pt")),
 ];
 
-/// Classes whose plug-ins make the image: an unknown one is an error. Others are read as their nearest relative.
+/// Classes whose plug-ins make the image: an unknown one is an error. Others are read as their
+/// nearest relative.
 const NEEDED: [&str; 9] =
     ["shape", "bsdf", "emitter", "texture", "medium", "phase", "volume", "subsurface", "sensor"];
 
@@ -255,7 +257,8 @@ fn markdown() -> String {
 mod tests {
     use super::*;
 
-    /// The table of the README is what the code says. Where this fails, put `expected` between the marks.
+    /// The table of the README is what the code says. Where this fails, put `expected` between the
+    /// marks.
     #[test]
     fn the_readme_has_the_present_table() {
         let readme = include_str!("../../README.md");

@@ -8,8 +8,8 @@ use pathspace_core::description::MeshData;
 /// Quadrilaterals round the axis.
 pub(super) const SEGMENTS: u32 = 256;
 
-/// The tube in its own space, with smooth normals. `mirrored` turns the triangles, so that they face outwards after a
-/// transform that mirrors.
+/// The tube in its own space, with smooth normals. `mirrored` turns the triangles, so that they
+/// face outwards after a transform that mirrors.
 pub(super) fn mesh(p0: DVec3, p1: DVec3, radius: f64, mirrored: bool) -> MeshData {
     let (x, y) = (p1 - p0).normalize().any_orthonormal_pair();
     let mut mesh = MeshData::default();

@@ -1,8 +1,8 @@
 //! Spectra brought to linear sRGB, as Mitsuba 3 does it in its variant `scalar_rgb`.
 //!
-//! A spectrum s(λ), piecewise linear and 0 beyond its ends, has the tristimulus values
-//! X = ∫ s(λ) w(λ) x̄(λ) dλ / ∫ ȳ(λ) dλ. For light w = 1, so that equal energy is no white; for factors
-//! such as reflectances w is the illuminant D65, so that 1 at all wavelengths is (1, 1, 1).
+//! A spectrum s(λ), piecewise linear and 0 beyond its ends, has the tristimulus values X = ∫ s(λ)
+//! w(λ) x̄(λ) dλ / ∫ ȳ(λ) dλ. For light w = 1, so that equal energy is no white; for factors such
+//! as reflectances w is the illuminant D65, so that 1 at all wavelengths is (1, 1, 1).
 
 mod cie;
 
@@ -112,7 +112,8 @@ impl Sampled {
         self
     }
 
-    /// Linear sRGB; colours outside its gamut are cut to non-negative components, and factors that must not exceed 1 to that as well.
+    /// Linear sRGB; colours outside its gamut are cut to non-negative components, and factors that
+    /// must not exceed 1 to that as well.
     pub(crate) fn to_srgb(&self, meaning: Meaning) -> [f64; 3] {
         let mut xyz = [0.0; 3];
         for i in 0..STEPS {

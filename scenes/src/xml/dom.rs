@@ -1,5 +1,6 @@
-//! The text of a file as a tree of elements, read as leniently as Mitsuba's own parser reads it: `--` in comments, a document type,
-//! text between elements, an attribute given twice (the first one counts), a lone `&`, and anything after the root.
+//! The text of a file as a tree of elements, read as leniently as Mitsuba's own parser reads it:
+//! `--` in comments, a document type, text between elements, an attribute given twice (the first
+//! one counts), a lone `&`, and anything after the root.
 
 use std::collections::HashSet;
 
@@ -138,7 +139,8 @@ fn has_element(text: &str) -> bool {
     text.match_indices('<').any(|(at, _)| text[at + 1..].starts_with(|c: char| c.is_alphabetic()))
 }
 
-/// Puts in the five entities of XML and character references; white space becomes spaces, and other `&` stay as they are.
+/// Puts in the five entities of XML and character references; white space becomes spaces, and other
+/// `&` stay as they are.
 fn unescape(raw: &str) -> String {
     let mut out = String::with_capacity(raw.len());
     let mut rest = raw;

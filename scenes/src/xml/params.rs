@@ -12,10 +12,12 @@ struct Parameter {
 /// Longest value of an attribute after parameters are put in, bytes.
 const MAX_VALUE: usize = 1 << 20;
 
-/// Most bytes that all parameters of a scene may put in: defaults that double each other would fill the memory.
+/// Most bytes that all parameters of a scene may put in: defaults that double each other would fill
+/// the memory.
 const MAX_TOTAL: usize = 1 << 28;
 
-/// All parameters. `$width2` is not read as `$width` and a `2` where there is a parameter `width2`: the longest name counts.
+/// All parameters. `$width2` is not read as `$width` and a `2` where there is a parameter `width2`:
+/// the longest name counts.
 pub(crate) struct Parameters {
     by_name: HashMap<String, Parameter>,
     /// Bytes of the longest name.

@@ -135,8 +135,8 @@ fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// `<spectrum value="…">`: one value for all wavelengths, or a list of wavelength:value. In files of 0.x a single value is the same
-/// in every channel, and three values are linear sRGB.
+/// `<spectrum value="…">`: one value for all wavelengths, or a list of wavelength:value. In files
+/// of 0.x a single value is the same in every channel, and three values are linear sRGB.
 pub(crate) fn spectrum(place: &Place, what: &str, text: &str, old: bool) -> Result<Value> {
     match tokens(text).as_slice() {
         [first, ..] if first.contains(':') => {

@@ -37,7 +37,8 @@ pub(super) fn tell(
     }
 }
 
-/// The same comparison with a larger budget, in a folder of its own; `None` where the budget is a file's or a sweep.
+/// The same comparison with a larger budget, in a folder of its own; `None` where the budget is a
+/// file's or a sweep.
 fn firmer(args: &CompareArgs) -> Option<String> {
     if args.experiment.is_some() || args.sweep.is_some() {
         return None;

@@ -26,7 +26,8 @@ pub(super) struct Scenes {
 }
 
 impl Scenes {
-    /// Reads scenes, makes integrators, starts other renderers. One that is absent or refuses is left out with a note.
+    /// Reads scenes, makes integrators, starts other renderers. One that is absent or refuses is
+    /// left out with a note.
     pub(super) fn open(registry: &Registry, config: &Config, verbose: bool) -> Result<Self> {
         let mut specs = Vec::new();
         for text in &config.integrators {

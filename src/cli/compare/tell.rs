@@ -1,5 +1,5 @@
-//! What a comparison says with `--verbose`: each pair, then speed and error of all, then all verdicts at a glance; and the object
-//! of `--json`.
+//! What a comparison says with `--verbose`: each pair, then speed and error of all, then all
+//! verdicts at a glance; and the object of `--json`.
 
 use std::io::Write;
 
@@ -103,7 +103,8 @@ fn tell_speed(scene: &SceneResults, threads: usize, out: &mut dyn Write) -> Resu
     Ok(())
 }
 
-/// The verdict on every pair with the detectable bias of the image, where there are so many pairs that they are not seen together.
+/// The verdict on every pair with the detectable bias of the image, where there are so many pairs
+/// that they are not seen together.
 fn tell_verdicts(scene: &SceneResults, out: &mut dyn Write) -> Result<()> {
     let names: Vec<&str> = scene.methods.iter().map(|a| a.integrator.as_str()).collect();
     if names.len() < 3 {

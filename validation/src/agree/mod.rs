@@ -6,9 +6,10 @@
 //!        ──▶ noise of an image × seconds: ratio of efficiencies (noise)
 //! ```
 //!
-//! The unit of observation is the image: each has to come from a seed of its own, and nothing is assumed of the pixels inside one. Of a
-//! renderer's images no path classes are known, so that everything is one class here. What only path classes could tell (a caustic
-//! that no image of a set has met) is left to the tails of tiles, see [`agree()`].
+//! The unit of observation is the image: each has to come from a seed of its own, and nothing is
+//! assumed of the pixels inside one. Of a renderer's images no path classes are known, so that
+//! everything is one class here. What only path classes could tell (a caustic that no image of a
+//! set has met) is left to the tails of tiles, see [`agree()`].
 
 mod channels;
 mod noise;
@@ -27,9 +28,11 @@ use crate::stats::{
 pub use channels::{Channel, ChannelTest};
 pub use noise::Noise;
 
-/// Fewest images a side for a verdict; with fewer there is a p-value, and the verdict is *inconclusive*.
+/// Fewest images a side for a verdict; with fewer there is a p-value, and the verdict is
+/// *inconclusive*.
 ///
-/// The variance of two or three images is hardly known, and Student's t then is right for normal means only.
+/// The variance of two or three images is hardly known, and Student's t then is right for normal
+/// means only.
 pub const FEWEST: usize = 4;
 /// Most tiles along a side of the map of differences.
 pub const MAP_TILES: usize = 64;
@@ -107,7 +110,8 @@ pub struct SigmaMap {
     pub columns: usize,
     /// Rows of tiles.
     pub rows: usize,
-    /// A − B in standard deviations, row by row, cut at ±99: the normal deviate with the tail probability of Welch's t.
+    /// A − B in standard deviations, row by row, cut at ±99: the normal deviate with the tail
+    /// probability of Welch's t.
     pub sigma: Vec<f64>,
 }
 
@@ -122,7 +126,8 @@ pub struct Agreement {
     pub alpha: f64,
     /// p-value over channels and tiles together: below α where the verdict is *differ*.
     pub p: f64,
-    /// Minimum detectable bias of the mean luminance, relative: found with probability 0.9 at level α.
+    /// Minimum detectable bias of the mean luminance, relative: found with probability 0.9 at level
+    /// α.
     pub mdb: f64,
     /// The same of a single tile, the median over the tiles; null below 16 images a side.
     pub tile_mdb: Option<f64>,
@@ -136,7 +141,8 @@ pub struct Agreement {
     pub tiles: Option<TileSummary>,
     /// The sides, A and B.
     pub sides: [Side; 2],
-    /// Efficiency of A over that of B, 1/(MSE·seconds), with its 95 % interval; null where seconds are missing.
+    /// Efficiency of A over that of B, 1/(MSE·seconds), with its 95 % interval; null where seconds
+    /// are missing.
     pub efficiency: Option<Estimate>,
     /// The same with relMSE instead of MSE, which weighs dark pixels like bright ones.
     pub efficiency_relative: Option<Estimate>,
@@ -149,16 +155,18 @@ pub struct Agreement {
 /// Tests whether two sets of images of `width` × `height` pixels have the same expectation.
 ///
 /// Two tests share the level α where there are 16 images a side, the first has it alone below that.
-/// Channels: Welch's t of the means of luminance, R, G and B over the image, after Holm. Tiles: the largest difference and the spread over up
-/// to 16 × 16 tiles of luminance ([`crate::pairs`]). Where the residuals of tiles have a heavy tail, the light that came in fireflies
-/// widens the null hypothesis of the channels, as between our own integrators.
+/// Channels: Welch's t of the means of luminance, R, G and B over the image, after Holm. Tiles: the
+/// largest difference and the spread over up to 16 × 16 tiles of luminance ([`crate::pairs`]).
+/// Where the residuals of tiles have a heavy tail, the light that came in fireflies widens the null
+/// hypothesis of the channels, as between our own integrators.
 ///
-/// The sides may have different numbers of images and different noise. Their seeds must be independent; where both sides share seeds, and are correlated
-/// thereby, the test is only more careful.
+/// The sides may have different numbers of images and different noise. Their seeds must be
+/// independent; where both sides share seeds, and are correlated thereby, the test is only more
+/// careful.
 ///
 /// # Errors
-/// With fewer than 2 images a side, images of other sizes, values that are not finite, another number of seconds than of images, seconds that
-/// are not positive, and α or limit outside (0, 1).
+/// With fewer than 2 images a side, images of other sizes, values that are not finite, another
+/// number of seconds than of images, seconds that are not positive, and α or limit outside (0, 1).
 pub fn agree(
     width: usize,
     height: usize,
@@ -317,7 +325,8 @@ fn side(set: ImageSet<'_>) -> Result<Side, StatsError> {
     Ok(Side { images: set.images.len(), mean, noise: Noise::of(set.images)?, seconds })
 }
 
-/// Median over the tiles that have light of the relative bias that a test of each at `level` finds with probability 0.9.
+/// Median over the tiles that have light of the relative bias that a test of each at `level` finds
+/// with probability 0.9.
 fn tile_mdb(methods: &[Method; 2], level: f64) -> Result<f64, StatsError> {
     let [a, b] = [rows(&methods[0]), rows(&methods[1])];
     let mut found = Vec::new();
@@ -336,10 +345,12 @@ fn tile_mdb(methods: &[Method; 2], level: f64) -> Result<f64, StatsError> {
 /// Power of the test that a minimum detectable bias refers to.
 const POWER: f64 = 0.9;
 
-/// Difference δ·SE that a two-sided t-test with ν degrees of freedom finds at `level` with probability 0.9:
-/// δ = t(1 − 1/(4ν)) + z_{0.9}·√(1 + t²/(2ν)) with t = t_{1−α/2}, from the normal approximation of the non-central t (Johnson & Welch 1940).
+/// Difference δ·SE that a two-sided t-test with ν degrees of freedom finds at `level` with
+/// probability 0.9: δ = t(1 − 1/(4ν)) + z_{0.9}·√(1 + t²/(2ν)) with t = t_{1−α/2}, from the normal
+/// approximation of the non-central t (Johnson & Welch 1940).
 ///
-/// For many images that is (z_{1−α/2} + z_{0.9})·SE; few images hardly know their variance, and δ grows.
+/// For many images that is (z_{1−α/2} + z_{0.9})·SE; few images hardly know their variance, and δ
+/// grows.
 fn detectable(se: f64, df: f64, level: f64) -> Result<f64, StatsError> {
     if se == 0.0 {
         return Ok(0.0);

@@ -10,7 +10,8 @@ use crate::stats::{Estimate, StatsError, efficiency_ratio};
 /// Noise of one image, from the images of its side alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Noise {
-    /// MSE of one image against the expectation of its side: variance between images, the mean over pixels and channels.
+    /// MSE of one image against the expectation of its side: variance between images, the mean over
+    /// pixels and channels.
     pub mse: f64,
     /// relMSE: variance/(mean² + ε), ε = 10⁻²·(mean luminance)²; NaN for black images with noise.
     pub relmse: f64,
@@ -54,7 +55,8 @@ impl Noise {
     }
 }
 
-/// Efficiency of A over that of B; `None` without seconds, with two images on a side, and without noise.
+/// Efficiency of A over that of B; `None` without seconds, with two images on a side, and without
+/// noise.
 pub(super) fn ratio(
     sides: [ImageSet<'_>; 2],
     errors: [&[f64]; 2],

@@ -55,7 +55,8 @@ fn equal_expectations_agree_and_say_what_would_have_been_seen() {
     r.samples = 16;
     let found = judge(&r.images(32, grey(0.5)), &r.images(20, grey(0.5)));
     assert_eq!((found.verdict, found.ground), (Verdict::Agree, Ground::Resolved));
-    // 1/√(16·256) of noise in an image, √(1/32 + 1/20) of that in the difference, and 5 to 7 of those.
+    // 1/√(16·256) of noise in an image, √(1/32 + 1/20) of that in the difference, and 5 to 7 of
+    // those.
     assert!(found.mdb > 0.02 && found.mdb < 0.035, "{}", found.mdb);
     assert!(found.tile_mdb.is_some_and(|t| t > 5.0 * found.mdb));
     assert!(found.difference.low < 0.0 && found.difference.high > 0.0);
@@ -162,7 +163,8 @@ fn a_bias_of_the_detectable_size_is_found_nine_times_in_ten() {
     assert!(low > 0.8 && high < 0.97, "{hits} of {runs}: [{low}, {high}]");
 }
 
-/// False alarms of 1000 pairs at α = 5 %, sides of `k` and `l` images whose noise differs by `ratio` in samples.
+/// False alarms of 1000 pairs at α = 5 %, sides of `k` and `l` images whose noise differs by
+/// `ratio` in samples.
 fn alarms(seed: u64, k: usize, l: usize, ratio: u32) -> u64 {
     let mut r = Renderer::new(seed);
     let mut alarm = || {

@@ -5,13 +5,15 @@ use pathspace_integrators::chain::ChainTarget;
 
 use super::{ChainCheck, FEATURES, Features, starts};
 
-/// Changes of a feature below this are none. A move that keeps a path keeps it but for rounding, of about 10⁻⁷, which may have a direction of its own.
+/// Changes of a feature below this are none. A move that keeps a path keeps it but for rounding, of
+/// about 10⁻⁷, which may have a direction of its own.
 const LEAST: f64 = 1e-4;
 
-/// Z = W(x) a(x→y) φ(h(y) − h(x)) over `count` bootstrap samples x and one proposal y of each, for every feature h; each kind of mutation by itself.
-/// φ cuts changes below 10⁻⁴ off; by detailed balance E Z = 0 for any odd φ.
-/// With a in place of the decision no W a is much larger than f*(y) of where a proposal of that density comes from: large W leave rarely.
-/// E Z = 0 exactly where kinds are chosen without regard to the state.
+/// Z = W(x) a(x→y) φ(h(y) − h(x)) over `count` bootstrap samples x and one proposal y of each, for
+/// every feature h; each kind of mutation by itself. φ cuts changes below 10⁻⁴ off; by detailed
+/// balance E Z = 0 for any odd φ. With a in place of the decision no W a is much larger than f*(y)
+/// of where a proposal of that density comes from: large W leave rarely. E Z = 0 exactly where
+/// kinds are chosen without regard to the state.
 pub fn invariance<T: ChainTarget>(
     name: &str,
     target: &T,

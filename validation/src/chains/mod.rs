@@ -1,7 +1,8 @@
-//! Are Markov chains right? (L4) Tests of one chain target, each mutation alone, that need no exact answer.
+//! Are Markov chains right? (L4) Tests of one chain target, each mutation alone, that need no exact
+//! answer.
 //!
-//! Bootstrap samples x_i ~ p with weights W_i = f*/p stand for the target f*/b: every expectation under the target is one of W times something
-//! under p, without any chain having to mix.
+//! Bootstrap samples x_i ~ p with weights W_i = f*/p stand for the target f*/b: every expectation
+//! under the target is one of W times something under p, without any chain having to mix.
 //!
 //! | test | what must hold | file |
 //! | --- | --- | --- |

@@ -1,4 +1,5 @@
-//! Ranks in stationary reversible chains are uniform (Gandy and Scott 2020, "Unit Testing for MCMC and other Monte Carlo Methods").
+//! Ranks in stationary reversible chains are uniform (Gandy and Scott 2020, "Unit Testing for MCMC
+//! and other Monte Carlo Methods").
 
 use pathspace_core::Scene;
 use pathspace_core::random::PrimarySample;
@@ -8,13 +9,14 @@ use super::{ChainCheck, FEATURES, Features, starts, step};
 
 /// Steps of each chain.
 const STEPS: usize = 6;
-/// Features are compared on a grid of 1/`GRID`: a film position or a distance that a mutation keeps is evaluated anew and may differ by rounding, which
-/// would decide what is a tie.
+/// Features are compared on a grid of 1/`GRID`: a film position or a distance that a mutation keeps
+/// is evaluated anew and may differ by rounding, which would decide what is a tie.
 const GRID: f64 = 16384.0;
 
-/// A start x is put at a random place of a chain of `STEPS` steps: the chain is run from it in both directions, which are the same
-/// for a reversible mutation. Weighted by W, the rank of h(x) among all states is uniform; Wald's test of the mean of W (1{rank = r} − 1/(L+1)) with
-/// its own covariance, χ² with L degrees of freedom. All kinds of mutations together.
+/// A start x is put at a random place of a chain of `STEPS` steps: the chain is run from it in both
+/// directions, which are the same for a reversible mutation. Weighted by W, the rank of h(x) among
+/// all states is uniform; Wald's test of the mean of W (1{rank = r} − 1/(L+1)) with its own
+/// covariance, χ² with L degrees of freedom. All kinds of mutations together.
 pub fn rank<T: ChainTarget>(
     name: &str,
     target: &T,
@@ -51,7 +53,8 @@ pub fn rank<T: ChainTarget>(
     });
     let mut checks = Vec::new();
     for (i, feature) in FEATURES.iter().enumerate() {
-        // Sums and second moments of W(1{r} − 1/(L+1)), the last rank left out because all sum to 0.
+        // Sums and second moments of W(1{r} − 1/(L+1)), the last rank left out because all sum
+        // to 0.
         let mut sum = [0.0; STEPS];
         let mut second = [[0.0; STEPS]; STEPS];
         for (w, ranks) in &ranks {

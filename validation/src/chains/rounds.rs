@@ -14,13 +14,16 @@ use super::ChainCheck;
 /// Steps after the first; each is a round of its own where the bootstrap is as small as here.
 const LATER: u32 = 4;
 
-/// The brightness of the image after the first step, over `count` replicates, against that of the steps after it alone, by Spearman's rank correlation.
+/// The brightness of the image after the first step, over `count` replicates, against that of the
+/// steps after it alone, by Spearman's rank correlation.
 ///
-/// The image of a run is unbiased whatever b̂ is, so that no mean over replicates sees a b̂ that is drawn once and kept: all images of such a
-/// run are too bright, or all too dark, and its error never falls. Independent rounds have a correlation of 0; then the error of the mean
-/// of n of them falls like 1/√n. Ranks make the test exact for every distribution of brightness.
+/// The image of a run is unbiased whatever b̂ is, so that no mean over replicates sees a b̂ that is
+/// drawn once and kept: all images of such a run are too bright, or all too dark, and its error
+/// never falls. Independent rounds have a correlation of 0; then the error of the mean of n of them
+/// falls like 1/√n. Ranks make the test exact for every distribution of brightness.
 ///
-/// The bootstrap of the first step must be so small that it has a round of its own: see `bootstrap` of the integrator.
+/// The bootstrap of the first step must be so small that it has a round of its own: see `bootstrap`
+/// of the integrator.
 ///
 /// # Errors
 /// Where the integrator does not render the scene.

@@ -22,13 +22,16 @@ use super::{ChainCheck, independent_rounds, invariance, rank, symmetry, unbiased
 /// Mutations on path space, by their options.
 const PATH_MUTATIONS: [&str; 5] = ["bidir", "lens", "caustic", "multi", "manifold"];
 
-/// For [`primary`]: the film position of a path from the sensor, which every point of `pssmlt` begins with.
+/// For [`primary`]: the film position of a path from the sensor, which every point of `pssmlt`
+/// begins with.
 pub const SENSOR: (Stream, usize) = (Stream::Sensor, 0);
-/// For [`primary`]: the technique, with which every point of `mmlt` and `rjmlt` begins. Those by t = 1 read nothing of the sensor's.
+/// For [`primary`]: the technique, with which every point of `mmlt` and `rjmlt` begins. Those by
+/// t = 1 read nothing of the sensor's.
 pub const SELECTOR: (Stream, usize) = Multiplexed::SELECTOR;
 
-/// Every test of every built-in mutation on primary sample space and on path space, each mutation alone, `starts` bootstrap samples each.
-/// The p-values are to be judged together ([`crate::stats::holm`]).
+/// Every test of every built-in mutation on primary sample space and on path space, each mutation
+/// alone, `starts` bootstrap samples each. The p-values are to be judged together
+/// ([`crate::stats::holm`]).
 ///
 /// # Errors
 /// Never with the built-in integrators: their own specs are read.
@@ -58,15 +61,16 @@ pub fn chain_checks(
     let rjmlt = Rjmlt::from_spec(&spec_of("rjmlt:jump=0.3")?, defaults)?;
     let target = PrimaryTarget::new(rjmlt.techniques.clone(), rjmlt.options);
     checks.extend(primary("rjmlt", target, SELECTOR, scene, seed(4), starts));
-    // Few states have somewhere to jump to. Only sums: over pairs of techniques, of which one makes a path seldom and with a large weight, they are not
-    // normal.
+    // Few states have somewhere to jump to. Only sums: over pairs of techniques, of which one makes
+    // a path seldom and with a large weight, they are not normal.
     let alone = PrimaryOptions { large: 0.0, jump: 1.0, ..rjmlt.options };
     let target = PrimaryTarget::new(rjmlt.techniques, alone);
     let own = own(SELECTOR);
     checks.extend(invariance("rjmlt, jumps alone", &target, scene, &own, seed(5), 4 * starts));
     for (index, alone) in PATH_MUTATIONS.iter().enumerate() {
         let share = |m: &str| format!("{m}={}", u8::from(m == *alone));
-        // Steps over the whole film: where densities are wrong, they are more so the further a step goes.
+        // Steps over the whole film: where densities are wrong, they are more so the further a step
+        // goes.
         let options = format!("mlt:{},area=1", PATH_MUTATIONS.map(share).join(","));
         let target = Mlt::from_spec(&spec_of(&options)?, defaults)?.target(scene);
         checks.extend(path(
@@ -80,10 +84,12 @@ pub fn chain_checks(
     Ok(checks)
 }
 
-/// Integrators with chains, each with a bootstrap so small that every step of a small film is a round of its own.
+/// Integrators with chains, each with a bootstrap so small that every step of a small film is a
+/// round of its own.
 const ROUNDS: [&str; 4] = ["pssmlt", "mmlt", "rjmlt", "mlt"];
 
-/// Independence of the rounds of every integrator with chains, `replicates` of each. To be judged together with [`chain_checks`].
+/// Independence of the rounds of every integrator with chains, `replicates` of each. To be judged
+/// together with [`chain_checks`].
 ///
 /// # Errors
 /// Where an integrator does not render the scene.
@@ -119,7 +125,8 @@ fn spec_of(text: &str) -> Result<Spec, SpecError> {
     text.parse()
 }
 
-/// Every test of a chain on path space, with ln f* and the logarithm of the length of the edge at the sensor as functions of its own.
+/// Every test of a chain on path space, with ln f* and the logarithm of the length of the edge at
+/// the sensor as functions of its own.
 pub fn path(
     name: &str,
     target: &PathChain,
@@ -134,9 +141,11 @@ pub fn path(
     every(name, target, scene, &own, seed, starts)
 }
 
-/// Every test of a chain on primary sample space, with ln f* and one `coordinate` as functions of its own.
+/// Every test of a chain on primary sample space, with ln f* and one `coordinate` as functions of
+/// its own.
 ///
-/// Every evaluation must read that coordinate: one that a state may lack, or have from an earlier state, is no function of where the chain is.
+/// Every evaluation must read that coordinate: one that a state may lack, or have from an earlier
+/// state, is no function of where the chain is.
 pub fn primary<I: Integrand>(
     name: &str,
     mut target: PrimaryTarget<I>,

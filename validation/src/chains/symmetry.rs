@@ -7,9 +7,10 @@ use pathspace_integrators::chain::ChainTarget;
 
 use super::{ChainCheck, Features, starts};
 
-/// Bowker's (1948) test of symmetry, weighted: χ² = Σ_{A<B} (Σ±W)²/ΣW² over pairs of cells, W times the acceptance of a proposal from A
-/// to B, − from B to A. Cells repeat over the film with period three, so that a drift in one direction is seen, which smaller periods
-/// would hide; and once more by path length and technique.
+/// Bowker's (1948) test of symmetry, weighted: χ² = Σ_{A<B} (Σ±W)²/ΣW² over pairs of cells, W times
+/// the acceptance of a proposal from A to B, − from B to A. Cells repeat over the film with period
+/// three, so that a drift in one direction is seen, which smaller periods would hide; and once more
+/// by path length and technique.
 pub fn symmetry<T: ChainTarget>(
     name: &str,
     target: &T,
@@ -41,8 +42,8 @@ pub fn symmetry<T: ChainTarget>(
                     way[1] += w * w;
                 }
             }
-            // Too few moves, (ΣW)²/ΣW² of them, are no normal sum; in either direction, because a few heavy moves one way balance many light
-            // ones the other way.
+            // Too few moves, (ΣW)²/ΣW² of them, are no normal sum; in either direction, because a
+            // few heavy moves one way balance many light ones the other way.
             let many = |[sum, squares]: &[f64; 2]| *sum > 0.0 && sum * sum >= 20.0 * squares;
             let used: Vec<_> = pairs.values().filter(|p| p.iter().all(many)).collect();
             if !used.is_empty() {

@@ -7,15 +7,17 @@ use rayon::prelude::*;
 
 use super::{ChainCheck, FEATURES, Features, starts, stream};
 
-/// Bootstrap samples of a replicate: so few that a b̂ of other samples would be off by tens of per cent.
+/// Bootstrap samples of a replicate: so few that a b̂ of other samples would be off by tens of per
+/// cent.
 const SAMPLES: u64 = 4;
 /// Chains that the bootstrap deals starts to, of which one runs: enough for weights that are not 1.
 const CHAINS: u64 = 8;
 /// Mutations of each chain.
 const STEPS: u32 = 5;
 
-/// E b̂ w h(X_n) over `count` replicates, each with a bootstrap of four samples and one chain of weight w and a few mutations, against ∫ f* h = E W h(x)
-/// over as many independent samples; h = 1 and the features.
+/// E b̂ w h(X_n) over `count` replicates, each with a bootstrap of four samples and one chain of
+/// weight w and a few mutations, against ∫ f* h = E W h(x) over as many independent samples; h = 1
+/// and the features.
 pub fn unbiased<T: ChainTarget>(
     name: &str,
     target: &T,

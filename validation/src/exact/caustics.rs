@@ -20,8 +20,9 @@ pub fn all() -> Vec<ExactScene> {
     ]
 }
 
-/// Flux within radius `r` of the receiver at height `above` over a plane, from a point of intensity 1 at `depth` below it in a
-/// medium of index n: ∫ 2π T(θ₁) sin θ₁ dθ₁ up to the ray that arrives at r = depth·tan θ₁ + above·tan θ₂, sin θ₂ = n sin θ₁.
+/// Flux within radius `r` of the receiver at height `above` over a plane, from a point of intensity
+/// 1 at `depth` below it in a medium of index n: ∫ 2π T(θ₁) sin θ₁ dθ₁ up to the ray that arrives
+/// at r = depth·tan θ₁ + above·tan θ₂, sin θ₂ = n sin θ₁.
 pub fn refracted_flux(n: f64, depth: f64, above: f64, r: f64) -> f64 {
     let arrival = |theta: f64| {
         let sin2 = n * theta.sin();
@@ -35,7 +36,8 @@ pub fn refracted_flux(n: f64, depth: f64, above: f64, r: f64) -> f64 {
     interval(0.0, lo, 64, |t| 2.0 * PI * (1.0 - fresnel(n, 1.0, t.cos())) * t.sin())
 }
 
-/// A point light in a medium under a plane; the film looks up at a Lambertian disk of radius `r` from between.
+/// A point light in a medium under a plane; the film looks up at a Lambertian disk of radius `r`
+/// from between.
 pub fn refractive_plane(name: &'static str, r: f64) -> ExactScene {
     let (n, depth, above, rho) = (1.5, 1.0, 2.0, 1e-3);
     let half = 1.05 * r;

@@ -1,15 +1,18 @@
 //! Caustics of a cup: light that a cylindrical mirror throws onto its floor, by flux.
 //!
-//! Seen from above, a ray that meets the circle of radius R at the angle of incidence i is reflected along a chord of length 2R cos i and
-//! touches the caustic at the distance s' behind the wall, 1/s + 1/s' = 2/(R cos i) (Coddington's equation for the plane of
-//! incidence) with s the horizontal distance of the source: s' = ½R cos i from infinity, a nephroid; s' = ⅔R cos i from a
-//! source on the circle, s = 2R cos i, a cardioid. Heights fall along the unfolded ray as if there were no mirror.
-//! Where the ray reaches the floor at the horizontal distance t behind the wall, the irradiance is
+//! Seen from above, a ray that meets the circle of radius R at the angle of incidence i is
+//! reflected along a chord of length 2R cos i and touches the caustic at the distance s' behind the
+//! wall, 1/s + 1/s' = 2/(R cos i) (Coddington's equation for the plane of incidence) with s the
+//! horizontal distance of the source: s' = ½R cos i from infinity, a nephroid; s' = ⅔R cos i from a
+//! source on the circle, s = 2R cos i, a cardioid. Heights fall along the unfolded ray as if there
+//! were no mirror. Where the ray reaches the floor at the horizontal distance t behind the wall,
+//! the irradiance is
 //!
 //! E = ρ E₀ sin β |s'/(s' − t)|, tan β = height / horizontal distance,
 //!
-//! E₀ the beam's irradiance across itself if the wall only bent it; for a point of intensity I, E₀ = I (s + t)/(s D²), D the length
-//! of the whole ray. E is infinite on the caustic, its integral over a rectangle is not.
+//! E₀ the beam's irradiance across itself if the wall only bent it; for a point of intensity I,
+//! E₀ = I (s + t)/(s D²), D the length of the whole ray. E is infinite on the caustic, its integral
+//! over a rectangle is not.
 
 use std::f64::consts::PI;
 
@@ -43,7 +46,8 @@ pub fn all() -> Vec<ExactScene> {
     ]
 }
 
-/// Nearly all of the floor, and for each caustic a quarter with the cusp, one fold, and both sides of them.
+/// Nearly all of the floor, and for each caustic a quarter with the cusp, one fold, and both sides
+/// of them.
 fn bins() -> [Bin; 3] {
     [
         Bin { x: [-0.52, 0.76], y: [-0.55, 0.55] },
@@ -113,8 +117,8 @@ impl Light {
         Chord { wall, out: direction - 2.0 * cos * wall, cos, way }
     }
 
-    /// Flux per dp of the rays that would reach the height 0 at horizontal distances in [l0, l1] from the light, or
-    /// from the wall for a beam.
+    /// Flux per dp of the rays that would reach the height 0 at horizontal distances in [l0, l1]
+    /// from the light, or from the wall for a beam.
     fn flux(&self, l0: f64, l1: f64) -> f64 {
         match *self {
             Light::Beam { irradiance, tan } => {
@@ -128,8 +132,8 @@ impl Light {
         }
     }
 
-    /// Horizontal distances t behind the wall at which rays of a chord reach the floor that have come in above the rim,
-    /// met the wall below it, and not yet the wall again.
+    /// Horizontal distances t behind the wall at which rays of a chord reach the floor that have
+    /// come in above the rim, met the wall below it, and not yet the wall again.
     fn reach(&self, chord: &Chord) -> [f64; 2] {
         let again = 2.0 * chord.cos;
         match *self {
@@ -151,8 +155,9 @@ impl Light {
         }
     }
 
-    /// Flux that falls into a rectangle of the floor after exactly one reflection by a perfect mirror:
-    /// ∫ dp ∫ dt over the part of each chord within the rectangle, the inner integral in closed form.
+    /// Flux that falls into a rectangle of the floor after exactly one reflection by a perfect
+    /// mirror: ∫ dp ∫ dt over the part of each chord within the rectangle, the inner integral in
+    /// closed form.
     pub fn reflected(&self, bin: &Bin) -> f64 {
         let [from, to] = self.range();
         interval(from, to, PANELS, |p| {
@@ -205,8 +210,8 @@ impl Bin {
     }
 }
 
-/// The cup with a film that is exactly the rectangle, seen from within. Height over width of the rectangle must be a whole number
-/// of 64ths.
+/// The cup with a film that is exactly the rectangle, seen from within. Height over width of the
+/// rectangle must be a whole number of 64ths.
 fn scene(name: &'static str, light: &Light, bin: Bin) -> ExactScene {
     let mut b = SceneBuilder::new(64);
     let size = bin.size();
@@ -311,7 +316,8 @@ mod tests {
 
     #[test]
     fn all_light_that_comes_in_reaches_the_floor_or_the_wall_again() {
-        // Of a beam that just clears the near rim, the whole floor receives what the far wall sends.
+        // Of a beam that just clears the near rim, the whole floor receives what the far wall
+        // sends.
         let light = Light::Beam { irradiance: 1.0, tan: 1.0 };
         let all = Bin { x: [-1.0, 1.0], y: [-1.0, 1.0] };
         let chord = |y: f64| (1.0 - y * y).sqrt();

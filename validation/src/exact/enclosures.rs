@@ -31,7 +31,8 @@ pub fn all() -> Vec<ExactScene> {
     ]
 }
 
-/// A Lambertian sphere of reflectance ρ in a constant environment L = 1, seen from near: length 2 is ρ, nothing else.
+/// A Lambertian sphere of reflectance ρ in a constant environment L = 1, seen from near: length 2
+/// is ρ, nothing else.
 pub fn furnace(name: &'static str, rho: f32) -> ExactScene {
     let mut b = SceneBuilder::new(FILM);
     let material = b.diffuse(rho);
@@ -47,7 +48,8 @@ pub fn furnace(name: &'static str, rho: f32) -> ExactScene {
     ExactScene { name, description: b.finish(), rules: up_to(4), expected }
 }
 
-/// A white corner in a white environment: paths of all lengths, together exactly the environment's radiance.
+/// A white corner in a white environment: paths of all lengths, together exactly the environment's
+/// radiance.
 pub fn concave_furnace() -> ExactScene {
     let mut b = SceneBuilder::new(FILM);
     let white = b.diffuse(1.0);
@@ -65,7 +67,8 @@ pub fn integrating_sphere() -> ExactScene {
     integrating_sphere_seen("integrating sphere", 0.0)
 }
 
-/// The same through a lens wide enough that light subpaths hit it (t = 0): what is uniform stays so through any lens.
+/// The same through a lens wide enough that light subpaths hit it (t = 0): what is uniform stays so
+/// through any lens.
 pub fn integrating_sphere_through_a_lens() -> ExactScene {
     integrating_sphere_seen("integrating sphere through a lens", 1.2)
 }
@@ -90,13 +93,15 @@ fn integrating_sphere_seen(name: &'static str, aperture_radius: f64) -> ExactSce
     ExactScene { name, description, rules: up_to(LENGTHS), expected }
 }
 
-/// A point light of power Φ off the centre of a sphere of radius R: whatever its position, light reflected j ≥ 1 times has
-/// the uniform irradiance ρ^j Φ/(4πR²). The direct irradiance is I cos θ/d².
+/// A point light of power Φ off the centre of a sphere of radius R: whatever its position, light
+/// reflected j ≥ 1 times has the uniform irradiance ρ^j Φ/(4πR²). The direct irradiance is I cos
+/// θ/d².
 pub fn integrating_sphere_with_point_light() -> ExactScene {
     point_light_in_a_sphere("integrating sphere with a point light", None)
 }
 
-/// The same with walls that emit as well, L_e = ½: a light of zero size and one of finite size in one scene, whose answers add up.
+/// The same with walls that emit as well, L_e = ½: a light of zero size and one of finite size in
+/// one scene, whose answers add up.
 pub fn integrating_sphere_with_both_lights() -> ExactScene {
     point_light_in_a_sphere("integrating sphere with both lights", Some(0.5))
 }
@@ -141,7 +146,8 @@ fn point_light_in_a_sphere(name: &'static str, emission: Option<f32>) -> ExactSc
     ExactScene { name, description, rules: up_to(LENGTHS), expected }
 }
 
-/// A sphere r₁ = ½ that emits (exitance 1) inside one of r₂ = 1: B⁽ⁿ⁾ = (ρF)ⁿE with F₁₂ = 1, F₂₁ = (r₁/r₂)², F₂₂ = 1 − F₂₁.
+/// A sphere r₁ = ½ that emits (exitance 1) inside one of r₂ = 1: B⁽ⁿ⁾ = (ρF)ⁿE with F₁₂ = 1, F₂₁ =
+/// (r₁/r₂)², F₂₂ = 1 − F₂₁.
 pub fn concentric_spheres() -> ExactScene {
     const LENGTHS: u32 = 6;
     const FOV: f64 = 100.0;

@@ -1,4 +1,5 @@
-//! Closed forms: view factors (Howell, "A Catalog of Radiation Heat Transfer Configuration Factors") and irradiance.
+//! Closed forms: view factors (Howell, "A Catalog of Radiation Heat Transfer Configuration
+//! Factors") and irradiance.
 
 use std::f64::consts::PI;
 
@@ -15,8 +16,8 @@ pub fn parallel_rectangles(a: f64, b: f64, c: f64) -> f64 {
             - y * y.atan())
 }
 
-/// View factor from a rectangle of width `w` to a perpendicular one of height `h`, both of length `l` along their common
-/// edge (Howell C-14).
+/// View factor from a rectangle of width `w` to a perpendicular one of height `h`, both of length
+/// `l` along their common edge (Howell C-14).
 pub fn perpendicular_rectangles(w: f64, h: f64, l: f64) -> f64 {
     let (w, h) = (w / l, h / l);
     let (w2, h2) = (w * w, h * h);
@@ -29,15 +30,17 @@ pub fn perpendicular_rectangles(w: f64, h: f64, l: f64) -> f64 {
         / (PI * w)
 }
 
-/// View factor from a disk of radius `r1` to a coaxial parallel one of radius `r2` at distance h (Howell C-41).
+/// View factor from a disk of radius `r1` to a coaxial parallel one of radius `r2` at distance h
+/// (Howell C-41).
 pub fn coaxial_disks(r1: f64, r2: f64, h: f64) -> f64 {
     let (a, b) = (r1 / h, r2 / h);
     let x = 1.0 + (1.0 + b * b) / (a * a);
     0.5 * (x - (x * x - 4.0 * (r2 / r1).powi(2)).sqrt())
 }
 
-/// Irradiance at `p` with unit normal `n` by a polygon of radiance `l`, wholly above the horizon (Lambert 1760):
-/// (L/2) |Σ Θ_i Γ_i·n|, Θ_i the angle of edge i seen from p and Γ_i the unit normal of its plane with p.
+/// Irradiance at `p` with unit normal `n` by a polygon of radiance `l`, wholly above the horizon
+/// (Lambert 1760): (L/2) |Σ Θ_i Γ_i·n|, Θ_i the angle of edge i seen from p and Γ_i the unit normal
+/// of its plane with p.
 pub fn polygon_irradiance(p: DVec3, n: DVec3, polygon: &[DVec3], l: f64) -> f64 {
     let sum: f64 = (0..polygon.len())
         .map(|i| {
@@ -50,22 +53,23 @@ pub fn polygon_irradiance(p: DVec3, n: DVec3, polygon: &[DVec3], l: f64) -> f64 
     0.5 * l * sum.abs()
 }
 
-/// Irradiance by a sphere of radiance `l` and radius `r`, wholly above the horizon, whose centre is at distance `d` and
-/// angle θ from the normal: πL (R/d)² cos θ.
+/// Irradiance by a sphere of radiance `l` and radius `r`, wholly above the horizon, whose centre is
+/// at distance `d` and angle θ from the normal: πL (R/d)² cos θ.
 pub fn sphere_irradiance(r: f64, d: f64, cos: f64, l: f64) -> f64 {
     PI * l * (r / d).powi(2) * cos
 }
 
-/// Irradiance by a parallel disk of radiance `l` and radius `r` in height `h`, at lateral distance `x` from its axis:
-/// (πL/2) [1 − (h²+x²−r²)/√((h²+x²+r²)²−4r²x²)] (Howell B-13); on the axis πLr²/(r²+h²).
+/// Irradiance by a parallel disk of radiance `l` and radius `r` in height `h`, at lateral distance
+/// `x` from its axis: (πL/2) [1 − (h²+x²−r²)/√((h²+x²+r²)²−4r²x²)] (Howell B-13); on the axis
+/// πLr²/(r²+h²).
 pub fn disk_irradiance(r: f64, h: f64, x: f64, l: f64) -> f64 {
     let (r2, h2, x2) = (r * r, h * h, x * x);
     let root = ((h2 + x2 + r2).powi(2) - 4.0 * r2 * x2).sqrt();
     0.5 * PI * l * (1.0 - (h2 + x2 - r2) / root)
 }
 
-/// Reflectance of a smooth boundary for unpolarised light (Fresnel), indices `n1` on the side of the light and `n2`; 1 at
-/// total internal reflection.
+/// Reflectance of a smooth boundary for unpolarised light (Fresnel), indices `n1` on the side of
+/// the light and `n2`; 1 at total internal reflection.
 pub fn fresnel(n1: f64, n2: f64, cos1: f64) -> f64 {
     let sin2 = n1 / n2 * (1.0 - cos1 * cos1).max(0.0).sqrt();
     if sin2 >= 1.0 {

@@ -29,7 +29,8 @@ pub fn all() -> Vec<ExactScene> {
     ]
 }
 
-/// A glass ball in a constant environment L = 1: R at length 2, (1−R)² R^j at length 3 + j, all together 1.
+/// A glass ball in a constant environment L = 1: R at length 2, (1−R)² R^j at length 3 + j, all
+/// together 1.
 pub fn glass_from_outside() -> ExactScene {
     // The corners of the film stay inside the silhouette.
     const FOV: f64 = 32.0;
@@ -60,8 +61,8 @@ pub fn glass_from_outside() -> ExactScene {
     ExactScene { name: "glass in a furnace, from outside", description, rules: UNLIMITED, expected }
 }
 
-/// A glass cube in an environment L = 1 is invisible. What enters by one face leaves by it or the opposite one, and is reflected totally
-/// by the four others.
+/// A glass cube in an environment L = 1 is invisible. What enters by one face leaves by it or the
+/// opposite one, and is reflected totally by the four others.
 pub fn glass_cube() -> ExactScene {
     let mut b = SceneBuilder::new(FILM);
     let glass = b.glass(1.5);
@@ -73,8 +74,8 @@ pub fn glass_cube() -> ExactScene {
     ExactScene { name: "glass cube in a furnace", description, rules: UNLIMITED, expected }
 }
 
-/// From inside a glass ball the environment has radiance n²: n² (1−R) R^j at length 2 + j. The eye is near enough to the centre that
-/// no reflection is total.
+/// From inside a glass ball the environment has radiance n²: n² (1−R) R^j at length 2 + j. The eye
+/// is near enough to the centre that no reflection is total.
 pub fn glass_from_inside() -> ExactScene {
     const FOV: f64 = 90.0;
     let n = 2.5;
@@ -102,7 +103,8 @@ pub fn glass_from_inside() -> ExactScene {
     ExactScene { name: "glass in a furnace, from inside", description, rules: UNLIMITED, expected }
 }
 
-/// A plate of two boundaries in front of an emitter L = 1: (1−R)² R^{2j} at length 3 + 2j, together T = (1−R)/(1+R).
+/// A plate of two boundaries in front of an emitter L = 1: (1−R)² R^{2j} at length 3 + 2j, together
+/// T = (1−R)/(1+R).
 pub fn slab() -> ExactScene {
     const FOV: f64 = 90.0;
     let n = 2.0;
@@ -124,7 +126,8 @@ pub fn slab() -> ExactScene {
     ExactScene { name: "emitter behind a slab", description, rules: UNLIMITED, expected }
 }
 
-/// Parallel light through a plate onto a nearly black receiver: E cos θ (1−R)² R^{2j} at length 4 + 2j. Only light tracing sees it.
+/// Parallel light through a plate onto a nearly black receiver: E cos θ (1−R)² R^{2j} at length 4 +
+/// 2j. Only light tracing sees it.
 pub fn slab_under_directional_light() -> ExactScene {
     let (n, rho, irradiance) = (1.5, 1e-6, 2e6);
     let mut b = SceneBuilder::new(FILM);

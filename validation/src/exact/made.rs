@@ -1,4 +1,5 @@
-//! How many contributions each technique made: what says whether paths that never came were rare or lost.
+//! How many contributions each technique made: what says whether paths that never came were rare or
+//! lost.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +13,8 @@ pub struct Made {
 }
 
 impl Made {
-    /// Adds a film with the layer of techniques. A pixel that a technique has lit counts as one contribution, which is the fewest that it can
-    /// have made there.
+    /// Adds a film with the layer of techniques. A pixel that a technique has lit counts as one
+    /// contribution, which is the fewest that it can have made there.
     pub fn add(&mut self, film: &Film) {
         self.samples += film.samples();
         for (key, plane) in film.planes() {
@@ -25,7 +26,8 @@ impl Made {
         }
     }
 
-    /// Contributions of `length` edges that techniques of `families` would have made in as many samples as `other` took, at least.
+    /// Contributions of `length` edges that techniques of `families` would have made in as many
+    /// samples as `other` took, at least.
     pub fn expected(&self, length: u32, families: Families, other: &Made) -> f64 {
         if self.samples == 0 {
             return 0.0;

@@ -29,12 +29,13 @@ pub struct Measured {
 pub struct Plan {
     /// Replicates, each with a seed of its own; as many more make the pilot.
     pub replicates: usize,
-    /// Steps of each pilot replicate before it is looked at for the first time, and fewest of a replicate that is tested. From `most` on
-    /// there is nothing to find out and no pilot.
+    /// Steps of each pilot replicate before it is looked at for the first time, and fewest of a
+    /// replicate that is tested. From `most` on there is nothing to find out and no pilot.
     pub pilot: u64,
     /// Most steps of each replicate.
     pub most: u64,
-    /// Rays that pilot and replicates together should not exceed, but for the first look at the pilot and `pilot` steps of each replicate.
+    /// Rays that pilot and replicates together should not exceed, but for the first look at the
+    /// pilot and `pilot` steps of each replicate.
     pub rays: u64,
     /// The relative minimum detectable bias to aim at in every cell.
     pub mdb: f64,
@@ -71,25 +72,27 @@ pub enum ExactError {
     },
 }
 
-/// Steps over those that the pilot's variance asks for. That variance is itself known to 30 % from 24 replicates, and where tails are heavy
-/// a short pilot has not met them and finds it too small.
+/// Steps over those that the pilot's variance asks for. That variance is itself known to 30 % from
+/// 24 replicates, and where tails are heavy a short pilot has not met them and finds it too small.
 const MARGIN: f64 = 1.3;
 /// A pilot goes on while it is shorter than this part of the steps that it asks for.
 const PILOT_SHARE: f64 = 0.1;
 /// Part of the rays that a pilot may take.
 const PILOT_RAYS: f64 = 0.2;
 
-/// Runs replicates of `integrator` on `scene` for as many steps as should give every cell that it can see a minimum detectable bias of
-/// `plan.mdb`, and compares with the exact values.
+/// Runs replicates of `integrator` on `scene` for as many steps as should give every cell that it
+/// can see a minimum detectable bias of `plan.mdb`, and compares with the exact values.
 ///
-/// A pilot with seeds of its own tells how many steps that takes and is thrown away: to stop when the tested data themselves look quiet
-/// would favour replicates that have not met their rare bright paths yet. A minimum detectable bias that is
-/// then missed by little stays as it is; the report says what it came to. Steps are those that replicates with the pilot's variance σ² need,
-/// n = 1.3 n_pilot (z σ_pilot / √K / (m μ − u))², for a bias m, uncertainty u of the exact mean μ and z = 5.17.
+/// A pilot with seeds of its own tells how many steps that takes and is thrown away: to stop when
+/// the tested data themselves look quiet would favour replicates that have not met their rare
+/// bright paths yet. A minimum detectable bias that is then missed by little stays as it is; the
+/// report says what it came to. Steps are those that replicates with the pilot's variance σ² need,
+/// n = 1.3 n_pilot (z σ_pilot / √K / (m μ − u))², for a bias m, uncertainty u of the exact mean μ
+/// and z = 5.17.
 ///
 /// # Errors
-/// Where the scene or the integrator does not start or a contribution is not finite. An integrator that sees none of the paths gives a report
-/// without cells.
+/// Where the scene or the integrator does not start or a contribution is not finite. An integrator
+/// that sees none of the paths gives a report without cells.
 pub fn measure(
     scene: &ExactScene,
     integrator: &dyn Integrator,
@@ -148,7 +151,8 @@ impl Test<'_> {
             return Ok(least);
         }
         let mut replicates = self.start(plan, derive_seed(plan.seed, u64::MAX))?;
-        // Chains begin with a bootstrap, which no later step pays for. Where such starts leave a pilot no room, the rays alone say how many steps there are.
+        // Chains begin with a bootstrap, which no later step pays for. Where such starts leave a
+        // pilot no room, the rays alone say how many steps there are.
         let (one, others) = replicates.split_at_mut(1);
         let start = expose(one, 1) as f64;
         let count = plan.replicates as f64;
@@ -183,7 +187,8 @@ impl Test<'_> {
         }
     }
 
-    /// Squared ratio of the standard errors to those that make the bias `mdb` detectable, in the worst cell.
+    /// Squared ratio of the standard errors to those that make the bias `mdb` detectable, in the
+    /// worst cell.
     fn shortfall(&self, report: &ExactReport, mdb: f64) -> f64 {
         let cells = report.cells.iter().zip(self.expected);
         let of_cell = |(cell, expected): (&CellReport, &ExactLength)| {
@@ -221,7 +226,8 @@ impl Test<'_> {
     }
 }
 
-/// Runs every replicate for `steps` steps; rays of all, or samples where an integrator counts no rays.
+/// Runs every replicate for `steps` steps; rays of all, or samples where an integrator counts no
+/// rays.
 fn expose(replicates: &mut [Replicate], steps: u64) -> u64 {
     let cost = |(run, film): &mut Replicate| -> u64 {
         let works = (0..steps).map(|_| run.step(film));

@@ -40,7 +40,8 @@ fn lamp_all_around(b: &mut SceneBuilder) {
     sphere.emission = Some(Rgb::WHITE);
 }
 
-/// A slab that absorbs, between the sensor and a wall of radiance 1: exp(−σh/cos θ), and nothing is scattered.
+/// A slab that absorbs, between the sensor and a wall of radiance 1: exp(−σh/cos θ), and nothing is
+/// scattered.
 pub fn absorbing_slab() -> ExactScene {
     const FOV: f64 = 70.0;
     let (sigma, h) = (1.3, 0.6);
@@ -82,7 +83,8 @@ fn furnace(name: &'static str, b: SceneBuilder) -> ExactScene {
     ExactScene { name, description: b.finish(), rules, expected }
 }
 
-/// A ball that scatters all and absorbs nothing, in coloured extinction, under a sky of radiance 1: it can not be seen.
+/// A ball that scatters all and absorbs nothing, in coloured extinction, under a sky of radiance 1:
+/// it can not be seen.
 pub fn ball_of_fog_in_a_furnace() -> ExactScene {
     let mut b = SceneBuilder::new(FILM);
     let matched = b.material(MaterialKind::Null);
@@ -94,7 +96,8 @@ pub fn ball_of_fog_in_a_furnace() -> ExactScene {
     furnace("ball of fog in a furnace", b)
 }
 
-/// A lamp all around that is full of fog which scatters forward: no boundary but the lamp itself, the sensor inside.
+/// A lamp all around that is full of fog which scatters forward: no boundary but the lamp itself,
+/// the sensor inside.
 pub fn furnace_full_of_fog() -> ExactScene {
     let mut b = SceneBuilder::new(FILM);
     lamp_all_around(&mut b);
@@ -120,7 +123,8 @@ pub fn milk_in_glass_in_a_furnace() -> ExactScene {
     ExactScene { name, description: b.finish(), rules, expected }
 }
 
-/// A point light beside the view in fog without end. Scattered once: L(d) = ∫ I σ_s ρ(θ) exp(−σ_t (t + r)) / r² dt.
+/// A point light beside the view in fog without end. Scattered once: L(d) = ∫ I σ_s ρ(θ) exp(−σ_t
+/// (t + r)) / r² dt.
 pub fn airlight(name: &'static str, g: f64) -> ExactScene {
     const FOV: f64 = 40.0;
     let (sigma, albedo, intensity) = (0.4, 0.75, 5.0);
@@ -160,8 +164,8 @@ pub fn airlight(name: &'static str, g: f64) -> ExactScene {
     ExactScene { name, description: b.finish(), rules: up_to(2), expected }
 }
 
-/// A slab of optical thickness τ under light that comes straight down. Scattered once upwards into the direction of cosine μ:
-/// E ω ρ (1 − exp(−τ(1 + 1/μ)))/(1 + μ) (Chandrasekhar 1960, §7).
+/// A slab of optical thickness τ under light that comes straight down. Scattered once upwards into
+/// the direction of cosine μ: E ω ρ (1 − exp(−τ(1 + 1/μ)))/(1 + μ) (Chandrasekhar 1960, §7).
 pub fn slab_under_a_directional_light() -> ExactScene {
     const FOV: f64 = 60.0;
     let (sigma, h, albedo, irradiance) = (1.5, 0.5, 0.9, 2.0);

@@ -1,7 +1,8 @@
 //! Scenes with exact answers, per path length.
 //!
-//! Each scene's film sees only what the closed form is about, so that the observable is the mean of the whole film:
-//! its luminance over paths of one length ([`ExactLength`]). All light and all materials are grey.
+//! Each scene's film sees only what the closed form is about, so that the observable is the mean of
+//! the whole film: its luminance over paths of one length ([`ExactLength`]). All light and all
+//! materials are grey.
 //!
 //! | scene | closed form | file |
 //! | --- | --- | --- |
@@ -46,7 +47,8 @@ pub struct ExactScene {
     pub expected: Vec<ExactLength>,
 }
 
-/// One known number: the mean over the film's pixels of the luminance that paths of one length bring.
+/// One known number: the mean over the film's pixels of the luminance that paths of one length
+/// bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactLength {
     /// Path length in edges; `None` for all lengths together.

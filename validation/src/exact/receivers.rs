@@ -1,5 +1,6 @@
-//! A light above a Lambertian plate that the film covers exactly: a camera that looks straight down sees every point of the plate
-//! with the same weight, so that the mean image is the mean of the closed-form irradiance times ρ/π.
+//! A light above a Lambertian plate that the film covers exactly: a camera that looks straight down
+//! sees every point of the plate with the same weight, so that the mean image is the mean of the
+//! closed-form irradiance times ρ/π.
 
 use std::f64::consts::PI;
 
@@ -29,7 +30,8 @@ pub fn all() -> Vec<ExactScene> {
     ]
 }
 
-/// A scene whose film is the part [x0, x1] × [y0, y1] of a larger plate at z = 0, seen from height `eye`.
+/// A scene whose film is the part [x0, x1] × [y0, y1] of a larger plate at z = 0, seen from height
+/// `eye`.
 fn plate([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], eye: f64) -> SceneBuilder {
     let mut b = view([x0, x1], [y0, y1], eye);
     let grey = b.diffuse(RHO);

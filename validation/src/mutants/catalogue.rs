@@ -34,8 +34,8 @@ pub struct Edit {
     pub file: String,
     /// Text that occurs once in it.
     pub old: String,
-    /// What stands there instead. `@on` is a condition: true where the mutant is on. Text without it is an expression that
-    /// takes the place of another one.
+    /// What stands there instead. `@on` is a condition: true where the mutant is on. Text without
+    /// it is an expression that takes the place of another one.
     pub new: String,
 }
 

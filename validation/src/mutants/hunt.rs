@@ -37,7 +37,8 @@ const ALPHA: f64 = 1e-6;
 const SIZE: u32 = 16;
 /// Longest path of chains that are tested by themselves.
 const LONGEST: u32 = 5;
-/// Steps of a pilot replicate and least of any: with the film as small as it is, most hunts need no more.
+/// Steps of a pilot replicate and least of any: with the film as small as it is, most hunts need no
+/// more.
 const STEPS: u64 = 2;
 /// Relative difference of a weight from the oracle's beyond rounding.
 const TOLERANCE: f64 = 1e-3;
@@ -52,7 +53,8 @@ const REPLICATES: usize = 32;
 pub struct Outcome {
     /// Seeds tried.
     pub seeds: u64,
-    /// Seeds on which the test failed: the mutant is found where it is on, and a false alarm where none is.
+    /// Seeds on which the test failed: the mutant is found where it is on, and a false alarm where
+    /// none is.
     pub failed: u64,
     /// Wall-clock seconds of all.
     pub seconds: f64,
@@ -170,8 +172,9 @@ fn library_scene(name: &str, cropped: bool) -> Result<(Arc<Scene>, WalkRules), M
     Ok((Arc::new(Scene::new(&description).map_err(bad)?), rules))
 }
 
-/// Turns flat emitters over by a transform that mirrors: nothing is lit any more. (Where they keep their side a mutant leaves all in the dark, and of
-/// what was never sampled no test says that it is wrong; one hit where nothing may be is proof.)
+/// Turns flat emitters over by a transform that mirrors: nothing is lit any more. (Where they keep
+/// their side a mutant leaves all in the dark, and of what was never sampled no test says that it
+/// is wrong; one hit where nothing may be is proof.)
 fn turn_lights_away(scene: &mut ExactScene) {
     let mirror = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
     for shape in scene.description.shapes.iter_mut().filter(|s| s.emission.is_some()) {
@@ -182,7 +185,8 @@ fn turn_lights_away(scene: &mut ExactScene) {
     scene.expected.iter_mut().for_each(|e| e.mean = 0.0);
 }
 
-/// A ball of 32 facets with smooth normals in a beam from above: what its shading normals do is all there is to see.
+/// A ball of 32 facets with smooth normals in a beam from above: what its shading normals do is all
+/// there is to see.
 fn coarse_ball() -> SceneDescription {
     let mut b = SceneBuilder::new(SIZE);
     let grey = b.diffuse(0.75);
@@ -246,7 +250,8 @@ impl From<StatsError> for MutantError {
     }
 }
 
-/// Weights of path tracing against those of the oracle: true where more than one in a hundred is off.
+/// Weights of path tracing against those of the oracle: true where more than one in a hundred is
+/// off.
 fn oracle_fails(
     scene: &Scene,
     spec: &str,

@@ -1,8 +1,10 @@
 //! Mutation tests of the validation itself (L5): deliberate bugs that the tests must find.
 //!
-//! A [`Mutant`] is a change of source text with the test that must find it, a file of validation/mutants. Production lines know nothing of it:
-//! [`plant()`] makes a copy of the source tree that has all of them, each turned on by an environment variable, and whoever hunts
-//! builds the copy and runs [`hunt()`] in it. A test must find its mutant, and find nothing in the same place without it.
+//! A [`Mutant`] is a change of source text with the test that must find it, a file of
+//! validation/mutants. Production lines know nothing of it: [`plant()`] makes a copy of the source
+//! tree that has all of them, each turned on by an environment variable, and whoever hunts builds
+//! the copy and runs [`hunt()`] in it. A test must find its mutant, and find nothing in the same
+//! place without it.
 
 mod catalogue;
 mod hunt;

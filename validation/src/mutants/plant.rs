@@ -1,7 +1,7 @@
 //! Plants all mutants in a copy of a source tree, so that one build serves every hunt.
 //!
-//! Each changed place of the copy asks a module of the copy alone which mutant is on. The environment variable [`VARIABLE`] of a process says
-//! so, by the mutant's place in the catalogue.
+//! Each changed place of the copy asks a module of the copy alone which mutant is on. The
+//! environment variable [`VARIABLE`] of a process says so, by the mutant's place in the catalogue.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -39,7 +39,8 @@ type Planted<'a> = (Range<usize>, String, &'a str);
 /// The files that the mutants change, with all of their changes in place.
 ///
 /// # Errors
-/// Where the text that a mutant changes is not in its file exactly once, or two mutants change the same text.
+/// Where the text that a mutant changes is not in its file exactly once, or two mutants change the
+/// same text.
 pub fn planted(
     source: &Path,
     mutants: &[Mutant],
@@ -96,8 +97,8 @@ pub fn planted(
     Ok(planted)
 }
 
-/// Makes `into` a copy of the source tree with all mutants in it. Files that are right already are left as they are, so that a build in there
-/// compiles only what has changed since the last one.
+/// Makes `into` a copy of the source tree with all mutants in it. Files that are right already are
+/// left as they are, so that a build in there compiles only what has changed since the last one.
 ///
 /// # Errors
 /// [`planted`], or where a file cannot be read or written.

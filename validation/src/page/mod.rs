@@ -1,8 +1,9 @@
 //! Pages to look at: one HTML file each, which asks nothing of a network, in light and dark.
 //!
-//! `environment` holds `base.html` with style, theme and landmarks; a page is a template that extends it and fills its blocks
-//! `title`, `style`, `header`, `navigation`, `main`, `footer` and `scripts`. Values are escaped where they are put in. A content
-//! security policy forbids what a page should not do.
+//! `environment` holds `base.html` with style, theme and landmarks; a page is a template that
+//! extends it and fills its blocks `title`, `style`, `header`, `navigation`, `main`, `footer` and
+//! `scripts`. Values are escaped where they are put in. A content security policy forbids what a
+//! page should not do.
 
 mod numbers;
 
@@ -15,7 +16,8 @@ pub use numbers::{figure, p_value, percent, ratio, share, verdict_words};
 
 /// Renders `template`, which may extend `base.html`, with the values of `context`.
 ///
-/// Beside the filters of Jinja there are [`figure`], [`ratio`], [`percent`], [`share`] and [`p_value`], which show an undefined or infinite value as a dash.
+/// Beside the filters of Jinja there are [`figure`], [`ratio`], [`percent`], [`share`] and
+/// [`p_value`], which show an undefined or infinite value as a dash.
 ///
 /// # Errors
 /// Where the template is wrong, or the context can not be serialised.
@@ -23,7 +25,8 @@ pub fn render(template: &str, context: impl Serialize) -> Result<String, Error> 
     environment()?.render_str(template, Serde(context))
 }
 
-/// JSON that may stand in a `<script>`: no `<` is left in it, which could only be inside of strings.
+/// JSON that may stand in a `<script>`: no `<` is left in it, which could only be inside of
+/// strings.
 ///
 /// # Errors
 /// Where the value can not be serialised.

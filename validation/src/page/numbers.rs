@@ -49,7 +49,8 @@ pub fn ratio(v: f64) -> String {
     }
 }
 
-/// Share of an image: a percentage with one decimal, `100 %` where nothing is missing that would show.
+/// Share of an image: a percentage with one decimal, `100 %` where nothing is missing that would
+/// show.
 pub fn share(share: f64) -> String {
     match 100.0 * share {
         p if !p.is_finite() => "—".into(),

@@ -1,4 +1,5 @@
-//! The tests on the image and on path lengths, with what an integrator has hardly seen as uncertainty.
+//! The tests on the image and on path lengths, with what an integrator has hardly seen as
+//! uncertainty.
 
 use std::collections::BTreeSet;
 
@@ -12,12 +13,15 @@ use crate::stats::{
     welch_within,
 };
 
-/// Contributions that the other integrator's same techniques make in as many samples, of which none at all can not be chance. A chain's
-/// samples are not independent and a lit pixel may hold several contributions, so that this is far more than the 30 of p = e⁻³⁰.
+/// Contributions that the other integrator's same techniques make in as many samples, of which none
+/// at all can not be chance. A chain's samples are not independent and a lit pixel may hold several
+/// contributions, so that this is far more than the 30 of p = e⁻³⁰.
 pub(crate) const LOST: f64 = 200.0;
-/// An emitter that an integrator saw in fewer effective contributions than this over all replicates was hardly sampled.
+/// An emitter that an integrator saw in fewer effective contributions than this over all replicates
+/// was hardly sampled.
 const HARDLY: f64 = 100.0;
-/// Share of the light of a class above which an emitter is no rare one to an integrator that connects to it.
+/// Share of the light of a class above which an emitter is no rare one to an integrator that
+/// connects to it.
 const COMMON: f64 = 0.01;
 /// Channels nearer to the luminance than this, relative, are grey.
 const GREY: f64 = 1e-5;
@@ -61,14 +65,16 @@ struct Sums {
     lost: Vec<bool>,
 }
 
-/// Tests the image, then every path length, over `classes` of paths that both can make: their luminance, and red and blue where there are
-/// colours.
+/// Tests the image, then every path length, over `classes` of paths that both can make: their
+/// luminance, and red and blue where there are colours.
 ///
-/// Replicates of rare paths (caustics of a small lamp) over well-sampled ones look harmless as long as none of the rare paths
-/// was found: the mean is too small, and so is its variance. Path classes tell the two apart, and emitters within a class. A class that one side has
-/// undersampled adds its light (that of the side that saw more) to the half-width u of the null hypothesis
+/// Replicates of rare paths (caustics of a small lamp) over well-sampled ones look harmless as long
+/// as none of the rare paths was found: the mean is too small, and so is its variance. Path classes
+/// tell the two apart, and emitters within a class. A class that one side has undersampled adds its
+/// light (that of the side that saw more) to the half-width u of the null hypothesis
 /// |E Y_A − E Y_B| ≤ u: a difference that it could explain is none, and an agreement has to be as good in spite of it. So does the light of an emitter
-/// that one side has hardly met in the class, and, where the tiles of a class show a heavy tail, the light that came as fireflies.
+/// that one side has hardly met in the class, and, where the tiles of a class show a heavy tail,
+/// the light that came as fireflies.
 pub(super) fn test_cells(
     a: &Method,
     b: &Method,
@@ -189,7 +195,8 @@ impl Sums {
     }
 }
 
-/// Path classes that both can make and of which neither has fewer effective contributions to a replicate than `rule` asks for.
+/// Path classes that both can make and of which neither has fewer effective contributions to a
+/// replicate than `rule` asks for.
 ///
 /// # Errors
 /// With fewer than two replicates of either, or means that are not finite.
@@ -219,10 +226,12 @@ enum Seen {
     Lost,
 }
 
-/// What an integrator has seen of a class, by the effective contributions to a replicate (`few` are too few).
+/// What an integrator has seen of a class, by the effective contributions to a replicate (`few` are
+/// too few).
 ///
-/// None at all is held against it, unless it can make the class only by hitting emitter or lens by chance: with a
-/// connection it would have made some, and it does not where it has a mistake or a limit.
+/// None at all is held against it, unless it can make the class only by hitting emitter or lens by
+/// chance: with a connection it would have made some, and it does not where it has a mistake or a
+/// limit.
 fn seen(method: &Method, other: &Method, class: &PathClass, few: f64) -> Result<Seen, StatsError> {
     let m = Moments::of(&method.class_column(class))?;
     if m.mean == 0.0 {
@@ -243,8 +252,8 @@ fn connects(method: &Method, class: &PathClass) -> bool {
         .any(|f| f.intersects(method.families) && f.intersects(class.families))
 }
 
-/// Contributions that an integrator should have made to a class, from one emitter or all: those that the other one made by techniques that both
-/// use, for as many samples.
+/// Contributions that an integrator should have made to a class, from one emitter or all: those
+/// that the other one made by techniques that both use, for as many samples.
 fn expected(method: &Method, other: &Method, class: &PathClass, emitter: Option<u16>) -> f64 {
     let (own, theirs) = (method.samples() as f64, other.samples() as f64);
     if theirs == 0.0 {
@@ -284,13 +293,15 @@ fn rare_emitters(a: &Method, b: &Method, class: &PathClass) -> Result<f64, Stats
     Ok(rare)
 }
 
-/// Ȳ²/s², an upper bound on the effective number of contributions to a replicate; infinite without noise.
+/// Ȳ²/s², an upper bound on the effective number of contributions to a replicate; infinite without
+/// noise.
 fn implied(m: &Moments) -> f64 {
     if m.mean == 0.0 { 0.0 } else { m.mean * m.mean / m.variance }
 }
 
-/// The same for a class, its variance from all of its tiles together: that of the mean itself would favour replicates
-/// whose rare bright paths have not come yet, since their mean and its variance are small together.
+/// The same for a class, its variance from all of its tiles together: that of the mean itself would
+/// favour replicates whose rare bright paths have not come yet, since their mean and its variance
+/// are small together.
 fn effective(method: &Method, class: &PathClass, m: &Moments) -> Result<f64, StatsError> {
     let rows = tiles(method, class);
     let count = rows.first().map_or(0, Vec::len);
@@ -381,7 +392,8 @@ mod tests {
         assert!(cells.iter().all(|c| c.verdict == Verdict::Agree && c.test.mdb < 0.01));
     }
 
-    /// Replicates of 1000 samples that hold light of emitters 0 and 1 by next-event estimation, each with so many contributions.
+    /// Replicates of 1000 samples that hold light of emitters 0 and 1 by next-event estimation,
+    /// each with so many contributions.
     fn two_lamps(rows: &[[f64; 2]], lit: [u64; 2]) -> Method {
         let replicate = |row: &[f64; 2]| {
             let source = |e: usize| {
@@ -418,7 +430,8 @@ mod tests {
 
     #[test]
     fn a_small_lamp_that_was_hardly_met_beside_a_large_one_is_no_difference() {
-        // Both see the large one; a has met the small one, a fiftieth of the light, in one replicate of 16.
+        // Both see the large one; a has met the small one, a fiftieth of the light, in one
+        // replicate of 16.
         let hit = |r: usize| if r == 3 { 0.02 } else { 0.0 };
         let a = two_lamps(&(0..16).map(|r| [1.0 + noise(r), hit(r)]).collect::<Vec<_>>(), [500, 0]);
         let b = two_lamps(&(0..16).map(|r| [1.0 - noise(r), 0.02]).collect::<Vec<_>>(), [500, 300]);

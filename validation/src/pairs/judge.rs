@@ -95,7 +95,8 @@ pub struct Judgement {
     pub unseen: Vec<Unseen>,
 }
 
-/// Judges two methods of one scene: image and lengths, with [`TILE_REPLICATES`] a side or more also tiles.
+/// Judges two methods of one scene: image and lengths, with [`TILE_REPLICATES`] a side or more also
+/// tiles.
 ///
 /// # Errors
 /// With fewer than two replicates of an method, or means that are not finite.
@@ -142,8 +143,8 @@ pub fn judge(
     })
 }
 
-/// Verdict and p-value of a pair from its two tests: *differ* where any cell or the tiles differ; else *agree* where the
-/// image does.
+/// Verdict and p-value of a pair from its two tests: *differ* where any cell or the tiles differ;
+/// else *agree* where the image does.
 fn combine(cells: &[CellTest], tiles: Option<&TileSummary>, with_tiles: bool) -> (Verdict, f64) {
     if cells.len() == 1 {
         // Nothing that both can make.

@@ -22,7 +22,8 @@ pub struct TileMap {
 }
 
 impl TileMap {
-    /// Column, row and value of the largest differences that are 3 standard errors at least, `most` of them.
+    /// Column, row and value of the largest differences that are 3 standard errors at least, `most`
+    /// of them.
     pub fn largest(&self, most: usize) -> Vec<(usize, usize, f64)> {
         let tiles = self.sigma.iter().enumerate().filter(|(_, s)| s.abs() >= 3.0);
         let mut tiles: Vec<_> =

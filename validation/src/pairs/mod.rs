@@ -6,9 +6,9 @@
 //!   …   replicates of two methods  ─┘   what only one of the two can make        (unseen)
 //! ```
 //!
-//! The unit of observation is the mean of one path class over one replicate. A [`PathClass`] holds the paths of one length that the
-//! same families of techniques can make; a pair is compared on the classes that both integrators can make, and told what
-//! was left out.
+//! The unit of observation is the mean of one path class over one replicate. A [`PathClass`] holds
+//! the paths of one length that the same families of techniques can make; a pair is compared on the
+//! classes that both integrators can make, and told what was left out.
 
 mod cells;
 mod judge;

@@ -63,7 +63,8 @@ impl Observation {
     /// Layers that a film has to keep to be observed.
     pub const LAYERS: Layers = Layers { class: true, emitter: true, ..Layers::NONE };
 
-    /// Means over image and tiles of a film with [`Observation::LAYERS`]; with the layer of classes alone nothing is known of sources.
+    /// Means over image and tiles of a film with [`Observation::LAYERS`]; with the layer of classes
+    /// alone nothing is known of sources.
     pub fn of(film: &Film, tiles: &Tiles) -> Self {
         let k = 1.0 / film.samples_per_pixel();
         let mut classes: BTreeMap<PathClass, ClassMean> = BTreeMap::new();
@@ -124,7 +125,8 @@ impl Method {
         self.replicates.iter().map(of).collect()
     }
 
-    /// Contributions of a class that techniques of `families` made over all replicates, at least: from one emitter, or from all.
+    /// Contributions of a class that techniques of `families` made over all replicates, at least:
+    /// from one emitter, or from all.
     pub(super) fn made(&self, class: &PathClass, emitter: Option<u16>, families: Families) -> u64 {
         let sources = self.replicates.iter().filter_map(|r| r.classes.get(class));
         let sources = sources.flat_map(|c| &c.sources);
@@ -138,8 +140,9 @@ impl Method {
         self.replicates.iter().map(|r| r.samples).sum()
     }
 
-    /// True where replicates of different seeds are the same to the bit although the image has a structure: whatever made them did not use
-    /// its seed, and their spread says nothing of their error. An image without structure may be free of noise.
+    /// True where replicates of different seeds are the same to the bit although the image has a
+    /// structure: whatever made them did not use its seed, and their spread says nothing of their
+    /// error. An image without structure may be free of noise.
     pub fn ignores_its_seed(&self) -> bool {
         let [first, others @ ..] = self.replicates.as_slice() else { return false };
         let structure = |c: &ClassMean| c.tiles.iter().any(|t| *t != c.tiles[0]);

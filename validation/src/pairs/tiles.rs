@@ -1,11 +1,13 @@
 //! The test on tiles of the image, for each kind of path.
 //!
-//! Class by class and not over their sum: where rare caustics lie over smooth light, the replicates of the sum look well sampled even if no
-//! caustic was found at all, and the test would accuse an method of what it has not had the time to see.
+//! Class by class and not over their sum: where rare caustics lie over smooth light, the replicates
+//! of the sum look well sampled even if no caustic was found at all, and the test would accuse an
+//! method of what it has not had the time to see.
 //!
-//! Which tiles are fit for a test is asked of all tiles of a class together, never of one tile. Tiles that are chosen because *their*
-//! replicates scatter little are those whose fireflies have not come yet; of light tracing onto glossy plates such tiles lack up to a half of
-//! their light, at thirty standard errors of their own.
+//! Which tiles are fit for a test is asked of all tiles of a class together, never of one tile.
+//! Tiles that are chosen because *their* replicates scatter little are those whose fireflies have
+//! not come yet; of light tracing onto glossy plates such tiles lack up to a half of their light,
+//! at thirty standard errors of their own.
 
 use std::collections::BTreeSet;
 
@@ -27,7 +29,8 @@ pub struct TileSummary {
     pub rows: usize,
     /// Groups of tiles tested, of one path class each.
     pub groups: usize,
-    /// Relative minimum detectable bias of a tile by itself, the median over the smallest groups; null where none is lit.
+    /// Relative minimum detectable bias of a tile by itself, the median over the smallest groups;
+    /// null where none is lit.
     #[serde(deserialize_with = "number", default = "unknown")]
     pub mdb: f64,
     /// Share of the light of both whose tiles were fit for a test.
@@ -79,8 +82,9 @@ enum Fitness {
 
 /// Tests tiles × path classes; `None` where no class is fit for it.
 ///
-/// Two tests share the level. The largest difference: Welch's t of each group, cleared of the skewness that the groups of its class have
-/// in common, by Bonferroni over groups of 1, 2×2 and 4×4 tiles. The spread: [`spread_test`] over the smallest groups.
+/// Two tests share the level. The largest difference: Welch's t of each group, cleared of the
+/// skewness that the groups of its class have in common, by Bonferroni over groups of 1, 2×2 and
+/// 4×4 tiles. The spread: [`spread_test`] over the smallest groups.
 ///
 /// # Errors
 /// With fewer than four replicates of an method, or means that are not finite.
@@ -103,7 +107,8 @@ pub fn tile_test(
             Fitness::Heavy => heavy = true,
         }
     }
-    // Fireflies in one class are likely in the others: what is too sparse to tell is then left alone.
+    // Fireflies in one class are likely in the others: what is too sparse to tell is then left
+    // alone.
     fit.retain(|(groups, ..)| !heavy || groups.side == 1 && groups.dense);
     let (mut count, mut least) = (0, 1.0_f64);
     let mut detectable = Vec::new();
@@ -154,7 +159,8 @@ pub fn tile_test(
     Ok(Some(TileSummary { columns, rows, groups, mdb, share, p, p_largest, p_spread, verdict }))
 }
 
-/// Most pairs are far from the level: a short round tells, and only a suspicion is looked at closely.
+/// Most pairs are far from the level: a short round tells, and only a suspicion is looked at
+/// closely.
 fn spread(finest: &[Vec<Vec<f64>>; 2], alpha: f64) -> Result<f64, StatsError> {
     const MOST: f64 = 99_999.0;
     let [x, y] = finest;
@@ -201,8 +207,8 @@ pub(super) fn firefly_light(rows: &[Vec<f64>]) -> Result<f64, StatsError> {
     Ok(tail(rows)?.filter(Tail::is_heavy).map_or(0.0, |t| t.rare))
 }
 
-/// Means over groups of `side` × `side` tiles, of those groups that are fit in both methods; without groups where these are less than
-/// half of all that have light.
+/// Means over groups of `side` × `side` tiles, of those groups that are fit in both methods;
+/// without groups where these are less than half of all that have light.
 fn merged(methods: &[Vec<Vec<f64>>; 2], tiles: &Tiles, side: usize) -> [Vec<Vec<f64>>; 2] {
     let whole = [coarse(&methods[0], tiles, side), coarse(&methods[1], tiles, side)];
     let fit = [fit_groups(&whole[0], &whole[1]), fit_groups(&whole[1], &whole[0])];
@@ -217,8 +223,9 @@ fn merged(methods: &[Vec<Vec<f64>>; 2], tiles: &Tiles, side: usize) -> [Vec<Vec<
     })
 }
 
-/// Which groups of an method are fit for a test: those that are lit in nearly all replicates. Groups that are dark in all of them are fit where
-/// that can not be chance: where the method is neither sparse nor dark elsewhere, and the other method sees no less there than in others.
+/// Which groups of an method are fit for a test: those that are lit in nearly all replicates.
+/// Groups that are dark in all of them are fit where that can not be chance: where the method is
+/// neither sparse nor dark elsewhere, and the other method sees no less there than in others.
 fn fit_groups(method: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<bool> {
     let groups = method[0].len();
     let share =

@@ -2,7 +2,8 @@
 
 use pathspace_core::film::Families;
 
-/// What all paths have in common that no technique of `families` can make, on a film of its own kind.
+/// What all paths have in common that no technique of `families` can make, on a film of its own
+/// kind.
 pub(super) fn reason(families: Families) -> String {
     let why: Vec<&str> = [
         (Families::S0, "whose emitter can not be hit"),

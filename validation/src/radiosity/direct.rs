@@ -4,8 +4,8 @@ use faer::Mat;
 use faer::prelude::Solve;
 use pathspace_integrators::radiosity::{Radiosity, System};
 
-/// Solves (1 − ρF) B = E by elimination with partial pivots. What Neumann's series and Gauss and Seidel's iteration must
-/// come to.
+/// Solves (1 − ρF) B = E by elimination with partial pivots. What Neumann's series and Gauss and
+/// Seidel's iteration must come to.
 ///
 /// # Errors
 /// Where B comes out not finite: the matrix is singular.

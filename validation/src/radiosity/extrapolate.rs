@@ -13,12 +13,13 @@ pub struct Extrapolated {
 
 /// Factor of safety of an estimated error (Roache 1994, for three levels).
 const SAFETY: f64 = 1.25;
-/// The slowest order that is believed: an error is at most 1/(√2 − 1) = 2.4 times the last difference.
+/// The slowest order that is believed: an error is at most 1/(√2 − 1) = 2.4 times the last
+/// difference.
 const SLOWEST: f64 = 0.5;
 
 impl Extrapolated {
-    /// The limit of means of constant elements, whose error is a h + b h² to its leading orders, with the differences
-    /// Δ₁ = B_{h/2} − B_h and Δ₂ = B_{h/4} − B_{h/2}:
+    /// The limit of means of constant elements, whose error is a h + b h² to its leading orders,
+    /// with the differences Δ₁ = B_{h/2} − B_h and Δ₂ = B_{h/4} − B_{h/2}:
     ///
     /// | observed | B* | uncertainty |
     /// | --- | --- | --- |
@@ -26,8 +27,9 @@ impl Extrapolated {
     /// | 1 < Δ₁/Δ₂ < 2: slower than either | B_{h/4} | 1.25 \|Δ₂\|/(2ᵖ − 1), p at least ½ |
     /// | all else: both terms of opposite signs, or noise | B_{h/4} | 1.25 max(\|Δ₂\|, \|5Δ₂ − Δ₁\|/3) |
     ///
-    /// The last is what eliminating both terms makes of the error, B** − B_{h/4} = (5Δ₂ − Δ₁)/3, so that no a and b whatever leave
-    /// the interval; and never less than what the last halving has moved.
+    /// The last is what eliminating both terms makes of the error, B** − B_{h/4} = (5Δ₂ − Δ₁)/3, so
+    /// that no a and b whatever leave the interval; and never less than what the last halving has
+    /// moved.
     pub fn new([coarse, middle, fine]: [f64; 3]) -> Self {
         let (first, second) = (middle - coarse, fine - middle);
         let ratio = first / second;

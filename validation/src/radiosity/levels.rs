@@ -20,8 +20,8 @@ use crate::stats::{Moments, StatsError};
 const RAYS: u32 = 1 << 19;
 /// Independent shifts, whose spread is the standard error.
 const SHIFTS: u32 = 16;
-/// Standard errors of the mean over the film that the uncertainty allows for: less than one in a hundred of Student's t with 15
-/// degrees of freedom is larger.
+/// Standard errors of the mean over the film that the uncertainty allows for: less than one in a
+/// hundred of Student's t with 15 degrees of freedom is larger.
 const SIGMAS: f64 = 3.0;
 /// Camera rays of a work item, at least.
 const ITEM: usize = 1 << 14;
@@ -47,17 +47,19 @@ pub enum FeError {
 /// Means over the film at three mesh sizes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
-    /// Mean luminance of paths of 1, 2, … edges, for elements of edges h, h/2 and h/4: `means[level][length − 1]`.
+    /// Mean luminance of paths of 1, 2, … edges, for elements of edges h, h/2 and h/4:
+    /// `means[level][length − 1]`.
     pub means: [Vec<f64>; 3],
     /// Standard error of the mean over the film at h/4, by length: camera rays are samples.
     pub error: Vec<f64>,
-    /// By how much the mean at h/2 changes with one more sample along the edge of an element for form factors, by length.
+    /// By how much the mean at h/2 changes with one more sample along the edge of an element for
+    /// form factors, by length.
     pub quadrature: Vec<f64>,
 }
 
 impl Levels {
-    /// Paths of 1, 2, …, `lengths` edges for elements of edges h, h/2 and h/4 (fractions of the radius of the scene's bounding
-    /// sphere).
+    /// Paths of 1, 2, …, `lengths` edges for elements of edges h, h/2 and h/4 (fractions of the
+    /// radius of the scene's bounding sphere).
     ///
     /// # Errors
     /// [`FeError`].
@@ -82,8 +84,9 @@ impl Levels {
         Ok(Levels { means, error, quadrature })
     }
 
-    /// The limit of paths of `length` edges. Its uncertainty is that of the extrapolation, and three standard errors of the mean over
-    /// the film, and what one more sample for form factors has changed.
+    /// The limit of paths of `length` edges. Its uncertainty is that of the extrapolation, and
+    /// three standard errors of the mean over the film, and what one more sample for form factors
+    /// has changed.
     pub fn extrapolated(&self, length: usize) -> Extrapolated {
         let k = length - 1;
         let limit = Extrapolated::new([0, 1, 2].map(|level: usize| self.means[level][k]));
@@ -92,7 +95,8 @@ impl Levels {
     }
 }
 
-/// Moments over shifts of mean luminances over the film, `[solution][length − 1]`. All solutions are read by the same camera rays.
+/// Moments over shifts of mean luminances over the film, `[solution][length − 1]`. All solutions
+/// are read by the same camera rays.
 fn means(
     scene: &Scene,
     solutions: &[Solution],
@@ -104,7 +108,8 @@ fn means(
     }
     let crop = scene.film().crop;
     let camera = |shift: [f64; 2], k: u32| {
-        // One sequence over the whole window: a grid would see a thin lamp as a whole number of its lines.
+        // One sequence over the whole window: a grid would see a thin lamp as a whole number of its
+        // lines.
         let [x, y] = r2(k, shift);
         let (x, y) = (x * f64::from(crop.width), y * f64::from(crop.height));
         let column = (x as u32).min(crop.width - 1);

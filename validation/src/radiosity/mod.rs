@@ -1,7 +1,8 @@
-//! The finite-element side of the comparison: what radiosity says of a diffuse scene, with an interval.
+//! The finite-element side of the comparison: what radiosity says of a diffuse scene, with an
+//! interval.
 //!
-//! [`System`](pathspace_integrators::radiosity::System) discretises and solves; here are the checks on it and what makes
-//! its answer a number to hold Monte Carlo to:
+//! [`System`](pathspace_integrators::radiosity::System) discretises and solves; here are the checks
+//! on it and what makes its answer a number to hold Monte Carlo to:
 //!
 //! | what | where |
 //! | --- | --- |

@@ -65,16 +65,19 @@ pub struct ExactReport {
     pub cells: Vec<CellReport>,
 }
 
-/// Compares replicates with exact values known to within `uncertainty`, cell by cell, with a t-test, Holm's adjustment and [`decide()`].
+/// Compares replicates with exact values known to within `uncertainty`, cell by cell, with a
+/// t-test, Holm's adjustment and [`decide()`].
 ///
-/// `rows` holds one row a replicate with one number a cell. Cells that are exactly 0 in every replicate and in truth agree and
-/// do not count among Holm's hypotheses; cells that fail a gate do. If no cell is decisive, all are.
+/// `rows` holds one row a replicate with one number a cell. Cells that are exactly 0 in every
+/// replicate and in truth agree and do not count among Holm's hypotheses; cells that fail a gate
+/// do. If no cell is decisive, all are.
 ///
 /// Where the exact value is 0 without uncertainty, a single positive value differs if none is
 /// negative: a non-negative estimator of mean 0 is 0 almost surely.
 ///
 /// `exact` and `uncertainty` hold one number a cell, in the unit of the cells; an uncertainty of 0
-/// means exact. Fails on fewer than 2 replicates, other numbers of values and values that are not finite.
+/// means exact. Fails on fewer than 2 replicates, other numbers of values and values that are not
+/// finite.
 pub fn compare_exact(
     cells: &[Cell],
     rows: &[Vec<f64>],

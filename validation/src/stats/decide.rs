@@ -43,8 +43,8 @@ pub enum Reason {
     Significant,
     /// The minimum detectable bias exceeds the limit.
     TooNoisy,
-    /// One method is exactly 0 in all its replicates and the other is not: it never sampled the cell,
-    /// which a rare event and a missing technique have in common.
+    /// One method is exactly 0 in all its replicates and the other is not: it never sampled the
+    /// cell, which a rare event and a missing technique have in common.
     NeverSampled,
     /// Too few effective contributions per replicate for a t-test.
     FewContributions,

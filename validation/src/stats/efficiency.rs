@@ -57,7 +57,8 @@ pub fn efficiency_ratio(
 
 /// Mean of the costs or errors of replicates with its interval, ln x̄ ± t_{1−α/2}·cv/√K.
 ///
-/// On the logarithm, as in [`efficiency_ratio`]. Where the mean is not positive, which says only that it is small, x̄ ± t·s/√K.
+/// On the logarithm, as in [`efficiency_ratio`]. Where the mean is not positive, which says only
+/// that it is small, x̄ ± t·s/√K.
 ///
 /// # Errors
 /// On fewer than 2 replicates.
@@ -73,14 +74,17 @@ pub fn mean_interval(x: &[f64], confidence: f64) -> Result<Estimate, StatsError>
     Ok(Estimate { value: m.mean, low: m.mean - half, high: m.mean + half })
 }
 
-/// Slope of ln ē against ln budget, with ē_j the mean over the errors of independent replicates at budget j.
+/// Slope of ln ē against ln budget, with ē_j the mean over the errors of independent replicates at
+/// budget j.
 ///
-/// By least squares the slope is Σ w_j ln ē_j with w_j = (x_j − x̄)/Σ(x − x̄)². Its variance is Σ w_j² cv_j²/K_j, because the
-/// budgets have replicates of their own; degrees of freedom after Welch and Satterthwaite. The noise of each
-/// point is known, so that two budgets are enough and a bend is no noise.
+/// By least squares the slope is Σ w_j ln ē_j with w_j = (x_j − x̄)/Σ(x − x̄)². Its variance is Σ
+/// w_j² cv_j²/K_j, because the budgets have replicates of their own; degrees of freedom after Welch
+/// and Satterthwaite. The noise of each point is known, so that two budgets are enough and a bend
+/// is no noise.
 ///
 /// # Errors
-/// On fewer than 2 budgets or 2 replicates, equal budgets only, and mean errors that are not positive.
+/// On fewer than 2 budgets or 2 replicates, equal budgets only, and mean errors that are not
+/// positive.
 pub fn replicate_slope(
     budget: &[f64],
     errors: &[&[f64]],
@@ -155,7 +159,8 @@ mod tests {
 
     #[test]
     fn slope_of_replicates_by_hand() {
-        // Two budgets: slope = ln(ē₂/ē₁)/ln 4 = ln(1/4)/ln 4; Var = (cv₁² + cv₂²)/2/ln²4 with cv² = 2·(0.5/2)² and 0.
+        // Two budgets: slope = ln(ē₂/ē₁)/ln 4 = ln(1/4)/ln 4; Var = (cv₁² + cv₂²)/2/ln²4 with cv² =
+        // 2·(0.5/2)² and 0.
         let s = replicate_slope(&[1.0, 4.0], &[&[1.5, 2.5], &[0.5, 0.5]], 0.95).unwrap();
         close(s.value, -1.0, 1e-12);
         let se = (0.125f64 / 2.0).sqrt() / 4f64.ln();

@@ -109,9 +109,10 @@ pub fn trimmed_mean(map: &[f64], fraction: f64) -> Result<f64, StatsError> {
 
 /// The replicates of one method as references for each other.
 ///
-/// For replicate r and pixel value A_r the squared error is estimated by the mean of (A_r−A_i)(A_r−A_j) over all pairs i<j of
-/// other replicates: the two-reference form of [`squared_error_halves`] over all splits. With d_i = A_i − Ā this is
-/// (K(K−1)d_r² − Σd²)/((K−1)(K−2)).
+/// For replicate r and pixel value A_r the squared error is estimated by the mean of
+/// (A_r−A_i)(A_r−A_j) over all pairs i<j of other replicates: the two-reference form of
+/// [`squared_error_halves`] over all splits. With d_i = A_i − Ā this is (K(K−1)d_r² −
+/// Σd²)/((K−1)(K−2)).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Others {
     count: f64,
@@ -198,7 +199,8 @@ pub fn replicate_errors<T: Copy + Into<f64>>(
 }
 
 impl ReplicateErrors {
-    /// Mean, quantiles and firefly index of the errors of single replicates, however they were measured.
+    /// Mean, quantiles and firefly index of the errors of single replicates, however they were
+    /// measured.
     ///
     /// # Errors
     /// On fewer than 2 replicates and non-finite errors.

@@ -46,7 +46,8 @@ pub enum StatsError {
         /// The range in words.
         expected: &'static str,
     },
-    /// Replicates of different seeds that are all the same: they carry no information about their error.
+    /// Replicates of different seeds that are all the same: they carry no information about their
+    /// error.
     #[error("{what}: all {n} replicates are the same to the bit; their seeds were not used")]
     NoVariance {
         /// Which replicates.

@@ -68,11 +68,12 @@ impl PairedT {
         0.5 * (df + 1.0) * gain - 0.5 * widened
     }
 
-    /// Half the width of a confidence sequence for the mean: the means m for which the e-value of "mean = m" is below 1/α.
-    /// The probability that the mean is *ever* outside D̄ ± this, however often one looks, is at most α (Ville 1939).
+    /// Half the width of a confidence sequence for the mean: the means m for which the e-value of
+    /// "mean = m" is below 1/α. The probability that the mean is *ever* outside D̄ ± this, however
+    /// often one looks, is at most α (Ville 1939).
     ///
-    /// With w = 1+ng and c = (√w/α)^{2/n}, BF_n < 1/α means t² < ν(c−1)/(1−c/w). Infinite while c ≥ w: too few pairs
-    /// to say anything.
+    /// With w = 1+ng and c = (√w/α)^{2/n}, BF_n < 1/α means t² < ν(c−1)/(1−c/w). Infinite while c ≥
+    /// w: too few pairs to say anything.
     pub fn half_width(&self, g: f64, alpha: f64) -> f64 {
         if self.n < 2 {
             return f64::INFINITY;

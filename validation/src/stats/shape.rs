@@ -1,19 +1,21 @@
 //! The shape of replicate means: skewness and tails, pooled over the cells of one kind.
 //!
-//! A t-test of two methods of different shape alarms in the tail of its own accord: E t ≈ −γ/(2√K) for the skewness γ of the noisier method,
-//! and the tail on that side is heavier. Over a thousand tiles that is a difference. A permutation of labels does not help; it makes
-//! both methods of one shape. One tile's K replicates can not tell γ, all tiles of one kind together can.
+//! A t-test of two methods of different shape alarms in the tail of its own accord: E t ≈ −γ/(2√K)
+//! for the skewness γ of the noisier method, and the tail on that side is heavier. Over a thousand
+//! tiles that is a difference. A permutation of labels does not help; it makes both methods of one
+//! shape. One tile's K replicates can not tell γ, all tiles of one kind together can.
 
 use super::dist::student_sf;
 use super::fault::StatsError;
 use super::moments::Moments;
 use super::pareto::pareto_khat;
 
-/// Skewness of the cells of an method (rows are replicates, columns cells): the mean over cells that are not constant of
-/// G₁ = K/((K−1)(K−2)) Σ(x−x̄)³/s³ (Joanes & Gill 1998), times 1 + 6/K.
+/// Skewness of the cells of an method (rows are replicates, columns cells): the mean over cells
+/// that are not constant of G₁ = K/((K−1)(K−2)) Σ(x−x̄)³/s³ (Joanes & Gill 1998), times 1 + 6/K.
 ///
-/// G₁ of a skewed variable is too small because s³ grows with Σ(x−x̄)³; the factor is that of gamma distributions of shape 4 to 50 to
-/// within 3 % from K = 16 on (by simulation). 0 with fewer than 3 replicates and where all cells are constant.
+/// G₁ of a skewed variable is too small because s³ grows with Σ(x−x̄)³; the factor is that of gamma
+/// distributions of shape 4 to 50 to within 3 % from K = 16 on (by simulation). 0 with fewer than 3
+/// replicates and where all cells are constant.
 pub fn pooled_skewness(rows: &[Vec<f64>]) -> f64 {
     let n = rows.len();
     let cells = rows.first().map_or(0, Vec::len);
@@ -42,13 +44,14 @@ pub struct Skewed {
     pub p: f64,
 }
 
-/// Welch's test of methods with the known skewnesses `gamma`, by Hall's (1992) monotone transformation
-/// g(t) = t + κt²/3 + κ²t³/27 + κ/6, κ the skewness of the difference of the means:
+/// Welch's test of methods with the known skewnesses `gamma`, by Hall's (1992) monotone
+/// transformation g(t) = t + κt²/3 + κ²t³/27 + κ/6, κ the skewness of the difference of the means:
 /// κ = (γ_A s_A³/K_A² − γ_B s_B³/K_B²)/(s_A²/K_A + s_B²/K_B)^{3/2}.
 ///
-/// What is nearer to 0 of t and g(t), and 0 where their signs differ, is compared with Student's t of Welch's degrees of freedom: γ is an average over
-/// cells, and one that is less skewed than that must not seem to differ because of it. Two constants: p = 1 where they are equal and p = 0 where they
-/// are not. Fails on fewer than 2 values in an method and on non-finite values.
+/// What is nearer to 0 of t and g(t), and 0 where their signs differ, is compared with Student's t
+/// of Welch's degrees of freedom: γ is an average over cells, and one that is less skewed than that
+/// must not seem to differ because of it. Two constants: p = 1 where they are equal and p = 0 where
+/// they are not. Fails on fewer than 2 values in an method and on non-finite values.
 pub fn skewed_welch(a: &[f64], b: &[f64], gamma: [f64; 2]) -> Result<Skewed, StatsError> {
     let (a, b) = (Moments::of(a)?, Moments::of(b)?);
     let (va, vb) = (a.squared_error(), b.squared_error());
@@ -71,17 +74,20 @@ pub fn skewed_welch(a: &[f64], b: &[f64], gamma: [f64; 2]) -> Result<Skewed, Sta
 /// How heavy the tails of an method's cells are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tail {
-    /// What a cell has missed, on average over the cells, in standard errors: √K times the mean excess of the residuals over their
-    /// 1 − 1/K quantile. 0.2 for normal replicates at K = 16, 0.4 for gamma distributions of shape 4.
+    /// What a cell has missed, on average over the cells, in standard errors: √K times the mean
+    /// excess of the residuals over their 1 − 1/K quantile. 0.2 for normal replicates at K = 16,
+    /// 0.4 for gamma distributions of shape 4.
     pub missed: f64,
     /// Pareto shape k̂ of the residuals.
     pub khat: f64,
-    /// The same excess in the unit of the values, the mean over all cells: what came in less than one of K replicates of a cell.
+    /// The same excess in the unit of the values, the mean over all cells: what came in less than
+    /// one of K replicates of a cell.
     pub rare: f64,
 }
 
 impl Tail {
-    /// True where the variance is infinite by all signs and cells have missed more than chance explains.
+    /// True where the variance is infinite by all signs and cells have missed more than chance
+    /// explains.
     pub fn is_heavy(&self) -> bool {
         self.khat >= HEAVY && self.missed > MISSED
     }
@@ -102,9 +108,10 @@ const FEWEST_RESIDUALS: usize = 200;
 
 /// Tail of the residuals of all cells together; `None` where they are fewer than 200.
 ///
-/// Residuals are (x − median)/s₋ with s₋ the root mean square below the median: fireflies enter neither, and cells of unequal noise make no
-/// tail together. Light that falls in less than one of K replicates is missing from most cells, mean and variance alike: nothing in
-/// such a cell shows it, but other cells of its kind do.
+/// Residuals are (x − median)/s₋ with s₋ the root mean square below the median: fireflies enter
+/// neither, and cells of unequal noise make no tail together. Light that falls in less than one of
+/// K replicates is missing from most cells, mean and variance alike: nothing in such a cell shows
+/// it, but other cells of its kind do.
 pub fn tail(rows: &[Vec<f64>]) -> Result<Option<Tail>, StatsError> {
     let k = rows.len();
     let cells = rows.first().map_or(0, Vec::len);
@@ -170,7 +177,8 @@ mod tests {
         assert!((plain.p - same.p).abs() < 1e-12 && (plain.t - same.t).abs() < 1e-12);
     }
 
-    /// Comparisons of a skewed with a symmetric method over 200 cells that alarm at 5 %, family-wise.
+    /// Comparisons of a skewed with a symmetric method over 200 cells that alarm at 5 %,
+    /// family-wise.
     fn alarms(runs: u64, corrected: bool) -> u64 {
         let mut source = Source::new(72);
         let mut count = 0;

@@ -15,17 +15,22 @@ pub struct PermutationConfig {
     pub seed: u64,
 }
 
-/// Tests whether the differences of paired replicates have mean zero in all cells, by a sum of squares that is cleared of its own noise.
+/// Tests whether the differences of paired replicates have mean zero in all cells, by a sum of
+/// squares that is cleared of its own noise.
 ///
-/// With D_r the differences of pair r in the cells c, U = Σ_{r≠s} Σ_c D_rc D_sc / v_c^{(−r,−s)}, v_c^{(−r,−s)} the mean of D² over the
-/// other pairs in the cells c − 2 … c + 2 (a U-statistic as that of Chen & Qin 2010). Every term has mean zero under the null, because its three
-/// factors are independent: no skewness moves it, as it moves Σt and Σt². Its size is judged by random signs of whole pairs, which keep the
-/// correlation of the cells; p = (1+#)/(1+B). Sees a bias of any sign that is spread over many cells.
+/// With D_r the differences of pair r in the cells c, U = Σ_{r≠s} Σ_c D_rc D_sc / v_c^{(−r,−s)},
+/// v_c^{(−r,−s)} the mean of D² over the other pairs in the cells c − 2 … c + 2 (a U-statistic as
+/// that of Chen & Qin 2010). Every term has mean zero under the null, because its three factors are
+/// independent: no skewness moves it, as it moves Σt and Σt². Its size is judged by random signs of
+/// whole pairs, which keep the correlation of the cells; p = (1+#)/(1+B). Sees a bias of any sign
+/// that is spread over many cells.
 ///
-/// Order the cells so that neighbours have like noise. By the noise of each cell alone skewed differences would alarm too often: the weight of
-/// D_r D_s depends on D_t, that of D_r D_t on D_s, which correlates the two and makes U wider than random signs do. Simulated at 5 %, 16 pairs of 64
-/// independent cells of skewness 2 and 4: 6.2 and 10.8 % by each cell, 4.1 and 5.0 % by five. The price is power where single cells are far noisier
-/// than their neighbours: with every eighth ten times as noisy a bias seen in 23 % by each cell is seen in 10 %.
+/// Order the cells so that neighbours have like noise. By the noise of each cell alone skewed
+/// differences would alarm too often: the weight of D_r D_s depends on D_t, that of D_r D_t on D_s,
+/// which correlates the two and makes U wider than random signs do. Simulated at 5 %, 16 pairs of
+/// 64 independent cells of skewness 2 and 4: 6.2 and 10.8 % by each cell, 4.1 and 5.0 % by five.
+/// The price is power where single cells are far noisier than their neighbours: with every eighth
+/// ten times as noisy a bias seen in 23 % by each cell is seen in 10 %.
 ///
 /// Fails on fewer than 4 pairs, other numbers of cells or of replicates, and non-finite values.
 pub fn spread_test(
@@ -49,7 +54,8 @@ pub fn spread_test(
         (0..k).map(|r| signs[r] * row(r)).sum()
     };
     let observed = value(&vec![1.0; k]);
-    // Signs that are all the same give the observed value again; it must count in spite of rounding.
+    // Signs that are all the same give the observed value again; it must count in spite of
+    // rounding.
     let bound = observed - 1e-9 * observed.abs();
     let mut signs = vec![1.0; k];
     let above = (0..config.permutations).filter(|_| {

@@ -62,9 +62,10 @@ pub(super) fn names() -> Vec<String> {
 
 /// Counts alarms among `runs` comparisons of integrators that are right, for each case.
 ///
-/// Each comparison has replicates of its own. Alarms are counted of the family-wise p-value of a pair, of its single tests, and of the
-/// sequential form, which looks after every replicate. A case passes where the upper Clopper–Pearson bound (95 %, two-sided) of each is at
-/// most 1.5 times the level; it is inconclusive where `runs` are too few for that even at the level itself.
+/// Each comparison has replicates of its own. Alarms are counted of the family-wise p-value of a
+/// pair, of its single tests, and of the sequential form, which looks after every replicate. A case
+/// passes where the upper Clopper–Pearson bound (95 %, two-sided) of each is at most 1.5 times the
+/// level; it is inconclusive where `runs` are too few for that even at the level itself.
 pub(super) fn run(
     report: &mut Report,
     team: &Team<'_>,

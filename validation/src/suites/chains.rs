@@ -16,8 +16,8 @@ const SIZE: u32 = 32;
 /// Replicates of a test of rounds: where b̂ is kept, ranks of so many have a p-value of 10⁻¹².
 const REPLICATES: u64 = 64;
 
-/// Runs every test of every built-in mutation on each scene with `starts` bootstrap samples. A scene is one test, with Holm's adjustment inside;
-/// a check is reported for each mutation.
+/// Runs every test of every built-in mutation on each scene with `starts` bootstrap samples. A
+/// scene is one test, with Holm's adjustment inside; a check is reported for each mutation.
 pub(super) fn run(
     report: &mut Report,
     scenes: &[&LibraryScene],

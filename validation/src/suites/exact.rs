@@ -49,8 +49,9 @@ pub(super) fn run(
     Ok(ControlFlow::Continue(()))
 }
 
-/// Fails checks of integrators that never saw a path length which another one's same techniques make all the time. A rare event and a missing
-/// technique both give 0; how often another integrator meets the event tells them apart.
+/// Fails checks of integrators that never saw a path length which another one's same techniques
+/// make all the time. A rare event and a missing technique both give 0; how often another
+/// integrator meets the event tells them apart.
 fn accuse_of_losses(of_scene: &mut [(Check, Option<Measured>)]) {
     for index in 0..of_scene.len() {
         let Some(own) = &of_scene[index].1 else { continue };

@@ -1,4 +1,5 @@
-//! Hard cases for any integrator: other units, places far from the origin, boxes that no light enters.
+//! Hard cases for any integrator: other units, places far from the origin, boxes that no light
+//! enters.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -38,7 +39,8 @@ const MOVED: &[Moved] = &[
     Moved { name: "a million radii away", scene: "cornell-caustic", scale: 1.0, radii: 1e6 },
 ];
 
-/// The same scene scaled about the origin, then shifted. Lights that have no surface get the power that keeps irradiances.
+/// The same scene scaled about the origin, then shifted. Lights that have no surface get the power
+/// that keeps irradiances.
 pub fn moved(description: &SceneDescription, scale: f64, offset: DVec3) -> SceneDescription {
     let t = DAffine3::from_translation(offset) * DAffine3::from_scale(DVec3::splat(scale));
     let mut d = description.clone();
@@ -57,7 +59,8 @@ pub fn moved(description: &SceneDescription, scale: f64, offset: DVec3) -> Scene
     d
 }
 
-/// A closed box of each kind of surface with the camera inside and lights of every kind outside: exactly black.
+/// A closed box of each kind of surface with the camera inside and lights of every kind outside:
+/// exactly black.
 pub fn dark_boxes() -> Vec<ExactScene> {
     ["dark cube", "dark sphere", "dark mesh"].map(dark_box).into()
 }

@@ -11,7 +11,8 @@
 //! | [`Suite::all`] | all of the above |
 //! | [`Suite::calibration`] | the tests to their levels, by comparisons where nothing is wrong |
 //!
-//! An integrator takes part by being in the [`Registry`](pathspace_integrators::Registry); nothing here knows one by name.
+//! An integrator takes part by being in the [`Registry`](pathspace_integrators::Registry); nothing
+//! here knows one by name.
 
 mod calibration;
 mod chains;
@@ -47,9 +48,11 @@ pub struct Suite {
 pub enum Part {
     /// Pairs of integrators on scenes of the library.
     Pairs {
-        /// The integrator, by its name in the registry, that each other one is held to; every one to every other one where there is none.
+        /// The integrator, by its name in the registry, that each other one is held to; every one
+        /// to every other one where there is none.
         against: Option<&'static str>,
-        /// A minimum detectable bias that integrators get no more than a quarter of their rays for if all are not enough.
+        /// A minimum detectable bias that integrators get no more than a quarter of their rays for
+        /// if all are not enough.
         hopeless: Option<f64>,
         /// The scenes; all of the library where empty.
         scenes: &'static [&'static str],
@@ -237,8 +240,9 @@ impl Suite {
         }
     }
 
-    /// The tests themselves: false alarms of the first three integrators, each against itself and the others. A test that alarms just at its level
-    /// would fail by chance in one of ten cases of 1000 runs, in one of 300 of 2000.
+    /// The tests themselves: false alarms of the first three integrators, each against itself and
+    /// the others. A test that alarms just at its level would fail by chance in one of ten cases of
+    /// 1000 runs, in one of 300 of 2000.
     pub fn calibration() -> Suite {
         Suite {
             name: "calibration",
@@ -272,7 +276,8 @@ mod tests {
         }
     }
 
-    /// One case alone, named by the integrators and the scene of a failure, comes out as it does among the others.
+    /// One case alone, named by the integrators and the scene of a failure, comes out as it does
+    /// among the others.
     #[test]
     fn a_calibration_is_replayed_by_the_integrators_it_names() {
         let alarms = |integrators: &[String], scenes: &[&str]| {

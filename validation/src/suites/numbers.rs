@@ -1,4 +1,5 @@
-//! What all integrators stand on and no comparison of them sees: random numbers of different addresses, and steps of kernels that must be symmetric.
+//! What all integrators stand on and no comparison of them sees: random numbers of different
+//! addresses, and steps of kernels that must be symmetric.
 
 use pathspace_core::random::{Address, PrimarySample, RandomStream, derive_seed};
 use pathspace_integrators::primary::Kernel;
@@ -48,7 +49,8 @@ fn named(((name, _), p): (Cell, f64)) -> CheckCell {
     CheckCell { name, length: None, p, mean: None, expected: None, mdb: None }
 }
 
-/// Streams of addresses that differ in one bit of seed, step or item: numbers that are equal, and their correlation.
+/// Streams of addresses that differ in one bit of seed, step or item: numbers that are equal, and
+/// their correlation.
 fn streams(seed: u64, factor: u64) -> Vec<Cell> {
     let mut base = RandomStream::new(Address { seed, step: 0, item: 0 });
     let mut word = || {

@@ -20,7 +20,8 @@ pub struct Options {
     pub integrators: Vec<Spec>,
     /// Scenes that take part, by name; all where empty.
     pub scenes: Vec<String>,
-    /// Level of a single test, in place of the share of α: to run a part of a suite as it was in the whole.
+    /// Level of a single test, in place of the share of α: to run a part of a suite as it was in
+    /// the whole.
     pub level: Option<f64>,
 }
 
@@ -58,9 +59,10 @@ pub enum SuiteError {
     Nothing(String),
 }
 
-/// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an integrator `rays` rays; integrators that do not know
-/// them are made without. Each of the 32 bootstraps has one sample for 750 of these rays, and one chain for 16 samples: with the 4 to 11 rays of a sample
-/// a sixth to a half of them goes into b̂, whose noise all of the image shares.
+/// Options that make Markov chains affordable at 32 replicates a round, of a part that allows an
+/// integrator `rays` rays; integrators that do not know them are made without. Each of the 32
+/// bootstraps has one sample for 750 of these rays, and one chain for 16 samples: with the 4 to 11
+/// rays of a sample a sixth to a half of them goes into b̂, whose noise all of the image shares.
 fn chain_options(rays: u64) -> String {
     let bootstrap = (rays / 750).clamp(256, 1 << 15);
     format!("bootstrap={bootstrap},chains={}", bootstrap / 16)
@@ -81,7 +83,8 @@ pub(super) struct Team<'a> {
 }
 
 impl<'a> Team<'a> {
-    /// The integrators that are `asked` for, as they are; where there are none all of the registry, chains fit for a budget of `rays` rays.
+    /// The integrators that are `asked` for, as they are; where there are none all of the registry,
+    /// chains fit for a budget of `rays` rays.
     fn new(registry: &'a Registry, asked: &[Spec], rays: u64) -> Result<Self, SpecError> {
         let mut specs = asked.to_vec();
         if specs.is_empty() {
@@ -94,7 +97,8 @@ impl<'a> Team<'a> {
         Ok(team)
     }
 
-    /// The integrators of a part: its own where it has any, of which those that are `asked` for take part.
+    /// The integrators of a part: its own where it has any, of which those that are `asked` for
+    /// take part.
     fn of(registry: &'a Registry, part: &Part, asked: &[Spec]) -> Result<Self, SpecError> {
         let (own, against): (&[&str], _) = match *part {
             Part::Exact { specs, .. } if !specs.is_empty() => (specs, None),
@@ -135,7 +139,8 @@ impl<'a> Team<'a> {
     }
 }
 
-/// Runs `suite` with the integrators of `registry`. `watch` hears of progress; where it says to stop, the report holds what is done.
+/// Runs `suite` with the integrators of `registry`. `watch` hears of progress; where it says to
+/// stop, the report holds what is done.
 ///
 /// # Errors
 /// Unknown integrators, options or scenes, before anything is rendered.
@@ -213,7 +218,8 @@ pub fn run(
     Ok(report)
 }
 
-/// Which integrators of a team are compared: all with the first where that is the one that the part names.
+/// Which integrators of a team are compared: all with the first where that is the one that the part
+/// names.
 fn pairing(part: &Part, team: &Team<'_>) -> Pairing {
     match *part {
         Part::Pairs { against: Some(against), .. }

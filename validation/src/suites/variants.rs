@@ -2,8 +2,8 @@
 
 use super::Part;
 
-/// Options of the bidirectional and the path tracer and of chains, each held to `bdpt` on two scenes. (`refine=true` is left out: it is consistent,
-/// not unbiased, and says so.)
+/// Options of the bidirectional and the path tracer and of chains, each held to `bdpt` on two
+/// scenes. (`refine=true` is left out: it is consistent, not unbiased, and says so.)
 const SPECS: &[&str] = &[
     "pt:nee=false",
     "bdpt:connect=one",
@@ -28,7 +28,8 @@ pub(super) fn all(rays: u64) -> Vec<Part> {
     vec![options, lens(rays), roulette(rays)]
 }
 
-/// Russian roulette from the first vertex on, at lengths that are known: it is the last vertices that a mistake in it shows at.
+/// Russian roulette from the first vertex on, at lengths that are known: it is the last vertices
+/// that a mistake in it shows at.
 pub(super) fn roulette(rays: u64) -> Part {
     Part::Exact {
         scenes: &["concentric spheres", "integrating sphere with both lights"],
@@ -38,7 +39,8 @@ pub(super) fn roulette(rays: u64) -> Part {
     }
 }
 
-/// One technique alone, which among all others has little weight: light that falls onto the lens, connections of two subpaths, light tracing.
+/// One technique alone, which among all others has little weight: light that falls onto the lens,
+/// connections of two subpaths, light tracing.
 pub(super) fn lens(rays: u64) -> Part {
     Part::Exact {
         scenes: &["integrating sphere through a lens"],

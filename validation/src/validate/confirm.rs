@@ -6,7 +6,8 @@ use crate::stats::{GandyScott, Round, StatsError};
 
 /// A test in rounds of fresh seeds that rejects in the second one at the earliest.
 ///
-/// In the first round a p-value that would reject is taken for the least that does not, which only raises it: the level holds.
+/// In the first round a p-value that would reject is taken for the least that does not, which only
+/// raises it: the level holds.
 #[derive(Clone, Debug)]
 pub(crate) struct Confirmed {
     test: GandyScott,
@@ -32,8 +33,9 @@ impl Confirmed {
         self.test.observe(&[p.max(least).min(1.0)])
     }
 
-    /// Runs all rounds that are needed: `one` is told the number of the round, how many times the samples of the first it takes, and the
-    /// level; it gives p-value and replicates, or `None` where there is nothing to test. True where the test rejects.
+    /// Runs all rounds that are needed: `one` is told the number of the round, how many times the
+    /// samples of the first it takes, and the level; it gives p-value and replicates, or `None`
+    /// where there is nothing to test. True where the test rejects.
     pub(crate) fn run<E: From<StatsError>>(
         &mut self,
         config: &Config,
@@ -53,7 +55,8 @@ impl Confirmed {
 }
 
 impl Config {
-    /// Most rounds and their growth; those of [`StoppingRule::Rounds`] for checks where another one is asked for.
+    /// Most rounds and their growth; those of [`StoppingRule::Rounds`] for checks where another one
+    /// is asked for.
     pub(crate) fn rounds(&self) -> (u32, u32) {
         match self.stopping {
             StoppingRule::Rounds { most, growth } => (most, growth),

@@ -78,7 +78,8 @@ impl<'a> Contender<'a> {
         self.report.state == MethodState::Rendered
     }
 
-    /// Renders the replicates of a round in place of those before it, `factor` times as long as in the first.
+    /// Renders the replicates of a round in place of those before it, `factor` times as long as in
+    /// the first.
     pub(super) fn render(
         &mut self,
         scene: &Arc<Scene>,

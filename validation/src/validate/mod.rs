@@ -1,16 +1,20 @@
 //! Is this integrator right? Renders, compares, reports.
 //!
-//! [`validate()`] compares integrators on one scene, pair by pair: the image, every path length, and tiles for each kind of path. Exact scenes,
-//! Markov chains and hard cases are held to known answers by the [suites](crate::suites).
+//! [`validate()`] compares integrators on one scene, pair by pair: the image, every path length,
+//! and tiles for each kind of path. Exact scenes, Markov chains and hard cases are held to known
+//! answers by the [suites](crate::suites).
 //!
-//! **How much is rendered.** A pilot of 8 short replicates measures variance and cost. It sets the length of the 32 replicates proper, which
-//! begin afresh: the size of a sample never depends on the data of its test (Stein 1945), and the test stays exact.
+//! **How much is rendered.** A pilot of 8 short replicates measures variance and cost. It sets the
+//! length of the 32 replicates proper, which begin afresh: the size of a sample never depends on
+//! the data of its test (Stein 1945), and the test stays exact.
 //!
-//! **How sure a verdict is.** α = 10⁻⁵ for the whole report is shared out evenly among its pairs. Levels that small are beyond what 32
-//! replicates can carry, because the tail of a t-test is wrong out there and a permutation test has no such p-values. So each pair is
-//! judged in rounds (Gandy and Scott 2020): what has p > 1 % or so is accepted at once, what looks suspicious is rendered again with
-//! fresh seeds and twice the samples, up to four times. *Differ* is said after two rounds at least, never after one.
-//! A bias of the size MDB (p ≈ 2·10⁻⁷ in the first round) is found in this way with a probability over 0.9.
+//! **How sure a verdict is.** α = 10⁻⁵ for the whole report is shared out evenly among its pairs.
+//! Levels that small are beyond what 32 replicates can carry, because the tail of a t-test is wrong
+//! out there and a permutation test has no such p-values. So each pair is judged in rounds (Gandy
+//! and Scott 2020): what has p > 1 % or so is accepted at once, what looks suspicious is rendered
+//! again with fresh seeds and twice the samples, up to four times. *Differ* is said after two
+//! rounds at least, never after one. A bias of the size MDB (p ≈ 2·10⁻⁷ in the first round) is
+//! found in this way with a probability over 0.9.
 
 mod config;
 mod confirm;
@@ -40,10 +44,12 @@ use pathspace_core::Scene;
 use pathspace_core::integrator::Integrator;
 use pathspace_core::random::derive_seed;
 
-/// Compares integrators on a scene, every pair of them, and says which pairs agree, which differ and what would have been seen.
+/// Compares integrators on a scene, every pair of them, and says which pairs agree, which differ
+/// and what would have been seen.
 ///
-/// An integrator that refuses the scene is left out and named with its reason; one that fails or emits a contribution that is not finite
-/// is a failure of the report. Runs on the current rayon pool; apart from times the report is the same for any number of threads.
+/// An integrator that refuses the scene is left out and named with its reason; one that fails or
+/// emits a contribution that is not finite is a failure of the report. Runs on the current rayon
+/// pool; apart from times the report is the same for any number of threads.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -85,8 +91,8 @@ pub fn validate(scene: &Arc<Scene>, integrators: &[&dyn Integrator], config: &Co
     report
 }
 
-/// The seed of something that has a name, so that it is the same whatever else is in the report: derived from `seed` and the FNV-1a hash of
-/// the name.
+/// The seed of something that has a name, so that it is the same whatever else is in the report:
+/// derived from `seed` and the FNV-1a hash of the name.
 pub fn seed_of(seed: u64, name: &str) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for byte in name.bytes() {

@@ -14,8 +14,8 @@ const BARS: usize = 20;
 const DIM: f64 = 1e-3;
 
 impl Report {
-    /// One HTML file that asks nothing of a network. `replays` holds the command that shows a failure again, in the order of
-    /// [`Report::failures`]; it may be empty.
+    /// One HTML file that asks nothing of a network. `replays` holds the command that shows a
+    /// failure again, in the order of [`Report::failures`]; it may be empty.
     ///
     /// # Errors
     /// None but those of a mistake in the template.
@@ -80,7 +80,8 @@ struct PairView<'a> {
     maps: Vec<MapView>,
 }
 
-/// The bias of one path length: a dot within a band of what would have been seen, on an axis from −1 to 1 in units of `scale`.
+/// The bias of one path length: a dot within a band of what would have been seen, on an axis from
+/// −1 to 1 in units of `scale`.
 #[derive(Serialize)]
 struct Bias {
     name: String,

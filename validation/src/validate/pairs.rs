@@ -35,7 +35,8 @@ impl Pairing {
     }
 }
 
-/// Compares integrators on a scene at level `level` for each pair; `None` where `watch`, which hears what is going on, said to stop.
+/// Compares integrators on a scene at level `level` for each pair; `None` where `watch`, which
+/// hears what is going on, said to stop.
 pub(crate) fn compare_on(
     name: &str,
     scene: &Arc<Scene>,

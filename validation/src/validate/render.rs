@@ -1,4 +1,5 @@
-//! Renders replicates of one integrator: a pilot that tells how many samples are needed, then the samples.
+//! Renders replicates of one integrator: a pilot that tells how many samples are needed, then the
+//! samples.
 
 use std::sync::Arc;
 
@@ -39,7 +40,8 @@ impl Batch {
     }
 }
 
-/// Renders replicates `range` of `steps` steps each. Replicates run side by side; each is the same for any number of threads.
+/// Renders replicates `range` of `steps` steps each. Replicates run side by side; each is the same
+/// for any number of threads.
 pub(crate) fn replicates(
     scene: &Arc<Scene>,
     integrator: &dyn Integrator,
@@ -82,8 +84,8 @@ pub(crate) struct Pilot {
     steps: u64,
 }
 
-/// Renders a pilot. It decides how long the replicates proper are and is not tested itself, so that the size of the sample does not depend on
-/// the data of the test.
+/// Renders a pilot. It decides how long the replicates proper are and is not tested itself, so that
+/// the size of the sample does not depend on the data of the test.
 pub(crate) fn pilot(
     scene: &Arc<Scene>,
     integrator: &dyn Integrator,
@@ -97,8 +99,9 @@ pub(crate) fn pilot(
 }
 
 impl Pilot {
-    /// Steps of each of `replicates` replicates after which the image has a minimum detectable bias of `mdb` against an integrator that
-    /// is just as noisy; as many as `rays` rays allow, at least those of the pilot.
+    /// Steps of each of `replicates` replicates after which the image has a minimum detectable bias
+    /// of `mdb` against an integrator that is just as noisy; as many as `rays` rays allow, at least
+    /// those of the pilot.
     pub(crate) fn steps(
         &self,
         replicates: usize,
@@ -112,7 +115,8 @@ impl Pilot {
         let step = self.batch.rays.1 as f64 / pilots / (self.steps - 1) as f64;
         let allowed = 1.0 + (rays as f64 / k - start) / step.max(1.0);
         let steps_for = |mdb: f64| match self.relative_error() {
-            // The standard error falls with the root of the samples; the pilot's variance is known to a factor of two.
+            // The standard error falls with the root of the samples; the pilot's variance is known
+            // to a factor of two.
             Some(error) => {
                 let se = error * (2.0 * pilots / k).sqrt();
                 let own = minimum_detectable_bias(se, 1.0, 0.0).unwrap_or(f64::INFINITY);

@@ -93,7 +93,8 @@ pub struct PairReport {
     pub last: Judgement,
     /// Seed and p-value of each round.
     pub rounds: Vec<RoundReport>,
-    /// Where a pair differs: maps of the difference in standard errors, of the image first, then of path lengths.
+    /// Where a pair differs: maps of the difference in standard errors, of the image first, then of
+    /// path lengths.
     pub maps: Vec<TileMap>,
 }
 
@@ -117,7 +118,8 @@ pub struct Check {
     pub scene: String,
     /// Integrator or mutation, where there is one.
     pub subject: String,
-    /// Specs of the integrators that have to take part for it to come out the same; none where it is about none.
+    /// Specs of the integrators that have to take part for it to come out the same; none where it
+    /// is about none.
     pub integrators: Vec<String>,
     /// How it came out.
     pub outcome: CheckOutcome,
@@ -213,7 +215,8 @@ pub struct Failure {
     pub seed: u64,
     /// What is wrong, in words.
     pub message: String,
-    /// Level of this one test; with the seed, it makes a report of this scene and these integrators alone come out the same.
+    /// Level of this one test; with the seed, it makes a report of this scene and these integrators
+    /// alone come out the same.
     pub level: f64,
 }
 
@@ -343,7 +346,8 @@ impl Report {
 }
 
 impl PairReport {
-    /// Where the difference shows, in words: path lengths and channels with their means, the kind of path, tiles; and which techniques both use.
+    /// Where the difference shows, in words: path lengths and channels with their means, the kind
+    /// of path, tiles; and which techniques both use.
     fn places(&self) -> String {
         let mut words = String::new();
         let cells = self.last.lengths.iter().chain(&self.last.channels);
@@ -380,7 +384,8 @@ impl PairReport {
         words
     }
 
-    /// Path length and tile where the difference shows most; `None` where a single one does not stand out.
+    /// Path length and tile where the difference shows most; `None` where a single one does not
+    /// stand out.
     pub fn place(&self) -> (Option<u32>, Option<[usize; 2]>) {
         let differs = self.last.lengths.iter().filter(|l| l.verdict == Verdict::Differ);
         let length = differs.min_by(|a, b| a.p.total_cmp(&b.p)).and_then(|l| l.length);

@@ -25,7 +25,8 @@ pub(super) struct Limits {
 /// A pair under observation.
 struct Watched {
     methods: (usize, usize),
-    /// Path classes whose sum is tested: those of which the first batch, which is not tested, saw enough on both sides.
+    /// Path classes whose sum is tested: those of which the first batch, which is not tested, saw
+    /// enough on both sides.
     classes: BTreeSet<PathClass>,
     test: Sequential,
     decision: Decision,
@@ -33,7 +34,8 @@ struct Watched {
     pushed: usize,
 }
 
-/// The first batch chooses the path classes and is not tested; each later one is pushed replicate by replicate.
+/// The first batch chooses the path classes and is not tested; each later one is pushed replicate
+/// by replicate.
 pub(super) fn run(
     setting: &Setting<'_>,
     contenders: &mut [Contender<'_>],

@@ -1,4 +1,5 @@
-//! Films of chains have the mean of bidirectional path tracing, whatever the bootstrap, the chains and the options.
+//! Films of chains have the mean of bidirectional path tracing, whatever the bootstrap, the chains
+//! and the options.
 
 use std::sync::Arc;
 
@@ -77,7 +78,8 @@ fn agree(specs: &[&str], count: u64, steps: u32) {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// With eight bootstrap samples the normalisation of a replicate is off by tens of per cent: only with its own starts does it average out.
+/// With eight bootstrap samples the normalisation of a replicate is off by tens of per cent: only
+/// with its own starts does it average out.
 #[test]
 fn films_with_eight_bootstrap_samples_are_unbiased() {
     agree(

@@ -1,4 +1,5 @@
-//! Jumps between techniques: the path stays, the ratio is the one that was derived, densities are the oracle's.
+//! Jumps between techniques: the path stays, the ratio is the one that was derived, densities are
+//! the oracle's.
 
 use pathspace_core::Scene;
 use pathspace_core::film::RecordingSink;

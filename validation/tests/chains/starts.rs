@@ -59,7 +59,8 @@ fn every_technique_of_a_pair_is_made_again_alone_to_the_bit() {
     }
 }
 
-/// E ΣW over pairs of subpaths is E W over one technique of one length at a time, per length and half of the film.
+/// E ΣW over pairs of subpaths is E W over one technique of one length at a time, per length and
+/// half of the film.
 #[test]
 fn pairs_of_subpaths_have_the_integral_of_single_techniques() {
     const N: u64 = 150_000;

@@ -1,4 +1,5 @@
-//! A path space of twenty states whose transition matrix is known, run through the production driver.
+//! A path space of twenty states whose transition matrix is known, run through the production
+//! driver.
 
 use std::sync::Arc;
 
@@ -158,7 +159,8 @@ fn mutations_follow_the_transition_matrix_and_splat_a_weight_of_one() {
     }
 }
 
-/// E[b̂ h(X_n)] = ∫ f h with four bootstrap samples and few mutations, whatever the number of chains and rounds.
+/// E[b̂ h(X_n)] = ∫ f h with four bootstrap samples and few mutations, whatever the number of
+/// chains and rounds.
 #[test]
 fn films_are_unbiased_with_four_bootstrap_samples() {
     let (toy, scene) = (Toy::new(), scene());

@@ -16,7 +16,8 @@ const SCENES: [&str; 7] = [
     "emitter behind a slab",
 ];
 
-/// Measures the scenes with one integrator: half of its work is the bootstrap, b̂ carries the error of the whole image.
+/// Measures the scenes with one integrator: half of its work is the bootstrap, b̂ carries the error
+/// of the whole image.
 fn suite(spec: &str, replicates: usize, steps: u64, mdb: f64) {
     let mut cells = Vec::new();
     for (index, mut scene) in exact::all().into_iter().enumerate() {

@@ -1,5 +1,6 @@
-//! Transition densities are those of the proposals, delta vertices and all: from a fixed path x̄ the proposals of a mutation estimate
-//! ∫ f*(ȳ) 1{T(x̄→ȳ) > 0} dμ(ȳ) as the mean of f*(ȳ)/T(x̄→ȳ), and bidirectional path tracing estimates the same integral by its own densities.
+//! Transition densities are those of the proposals, delta vertices and all: from a fixed path x̄
+//! the proposals of a mutation estimate ∫ f*(ȳ) 1{T(x̄→ȳ) > 0} dμ(ȳ) as the mean of f*(ȳ)/T(x̄→ȳ),
+//! and bidirectional path tracing estimates the same integral by its own densities.
 //!
 //! That needs paths whose kept vertices have no area: point and directional lights, and a pinhole.
 
@@ -71,7 +72,8 @@ fn mean(sum: [f64; 2], n: u64) -> (f64, f64) {
     (m, (sum[1] / n - m * m) / n)
 }
 
-/// The share of the light that proposals from `x` with `kept` can reach, by the proposals and by the reference; with squared errors.
+/// The share of the light that proposals from `x` with `kept` can reach, by the proposals and by
+/// the reference; with squared errors.
 fn compare(mutation: &str, depth: u32, fixed: impl Fn(&MltPath) -> Option<Kept> + Sync) {
     let scene = scene();
     let reference = reference(&scene, depth);

@@ -1,4 +1,5 @@
-//! Every mutation alone leaves the target as it is: one step from starts of known weight changes no mean.
+//! Every mutation alone leaves the target as it is: one step from starts of known weight changes no
+//! mean.
 
 use pathspace_core::Scene;
 use pathspace_core::color::luminance;
@@ -50,7 +51,8 @@ const NAMES: [&str; 8] = [
 
 /// How much is tried.
 struct Plan {
-    /// Samples of bidirectional path tracing; every path of a sample that the mutation applies to is a start.
+    /// Samples of bidirectional path tracing; every path of a sample that the mutation applies to
+    /// is a start.
     samples: u64,
     /// Proposals from each start: their mean has the expectation of one.
     tries: u32,
@@ -58,8 +60,8 @@ struct Plan {
     fewest: u64,
 }
 
-/// z of E[Σ w a (h(y) − h(x))] = 0 for each h, with w the weighted contribution of each path of a sample; and how many
-/// proposals there were.
+/// z of E[Σ w a (h(y) − h(x))] = 0 for each h, with w the weighted contribution of each path of a
+/// sample; and how many proposals there were.
 fn one_step(scene: &Scene, chain: &PathChain, plan: &Plan, seed: u64) -> ([f64; 8], u64) {
     const BATCHES: u64 = 100;
     let bdpt = "bdpt:max_depth=6".parse().unwrap();

@@ -1,4 +1,5 @@
-//! Path-space Metropolis: states against the oracle, every mutation alone, the whole against exact answers.
+//! Path-space Metropolis: states against the oracle, every mutation alone, the whole against exact
+//! answers.
 
 mod answers;
 mod balance;

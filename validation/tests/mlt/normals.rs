@@ -41,7 +41,8 @@ fn normals_change_as_their_derivative_says() {
         let change = (q.frame.n.as_dvec3() - p.frame.n.as_dvec3()).as_vec3();
         let step = q.p.as_dvec3() - p.p.as_dvec3();
         let said = scene.normal_change(&p, step).as_vec3();
-        // Second order in the step in units of the world (the sphere has the curvature 2), and the rounding of normals.
+        // Second order in the step in units of the world (the sphere has the curvature 2), and the
+        // rounding of normals.
         let world = step / scene.normalisation().scale;
         let bound = 2.2 * world.length_squared() as f32 + 1e-6;
         assert!(change.distance(said) < bound, "shape {}: {change} {said}", p.shape);

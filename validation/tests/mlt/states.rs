@@ -37,7 +37,8 @@ fn states_agree_with_the_oracle() {
     }
 }
 
-/// Edges as short as rounding must not cost a path its delta lobes: its light would be missing in b̂.
+/// Edges as short as rounding must not cost a path its delta lobes: its light would be missing in
+/// b̂.
 #[test]
 fn every_path_that_starts_can_come_from_is_a_state() {
     let bdpt = "bdpt:max_depth=7".parse().unwrap();

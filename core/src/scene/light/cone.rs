@@ -21,7 +21,8 @@ impl Cone {
     pub(super) fn new(reference: Vec3, center: DVec3, radius: f64) -> Option<Self> {
         let reference = reference.as_dvec3();
         let sin2 = radius * radius / (center - reference).length_squared();
-        // Close to the surface the cone covers half the sphere: area sampling is no worse there, and stable.
+        // Close to the surface the cone covers half the sphere: area sampling is no worse there,
+        // and stable.
         if sin2 >= 0.999_999 {
             return None;
         }
@@ -59,7 +60,8 @@ impl Cone {
         let d = (p.as_dvec3() - self.reference).normalize();
         let frame = Frame::from_normal(to_center.as_vec3());
         let (x, y) = (frame.s.as_dvec3().dot(d), frame.t.as_dvec3().dot(d));
-        // 1 − cos θ = sin²θ/(1 + cos θ), sin θ from the cross product: no digit is lost in narrow cones.
+        // 1 − cos θ = sin²θ/(1 + cos θ), sin θ from the cross product: no digit is lost in narrow
+        // cones.
         let sin2 = to_center.cross(d).length_squared();
         let one_minus_cos = sin2 / (1.0 + to_center.dot(d));
         let turn = y.atan2(x) / (2.0 * PI);

@@ -1,7 +1,8 @@
 //! Inverses of the sampling of emitters: from x₀ and x₁ to the numbers that make them.
 //!
-//! They are probabilistic inverses (Bitterli, Jakob, Novák and Jarosz 2017, §4): a number that the outcome does not depend on is drawn anew, and one that makes a
-//! choice is drawn uniformly from all that make the same one. `free` gives the numbers for both.
+//! They are probabilistic inverses (Bitterli, Jakob, Novák and Jarosz 2017, §4): a number that the
+//! outcome does not depend on is drawn anew, and one that makes a choice is drawn uniformly from
+//! all that make the same one. `free` gives the numbers for both.
 
 use glam::Vec3;
 
@@ -13,7 +14,8 @@ use crate::scene::{Scene, ShapeKind};
 use crate::vertex::Vertex;
 
 impl Scene {
-    /// Numbers (pick, u) by which [`Scene::sample_direct`] takes the emitter vertex x₀ for `reference`. `None` where there are none.
+    /// Numbers (pick, u) by which [`Scene::sample_direct`] takes the emitter vertex x₀ for
+    /// `reference`. `None` where there are none.
     pub fn invert_direct<U: PrimarySample>(
         &self,
         reference: Vec3,
@@ -44,7 +46,8 @@ impl Scene {
         Some([pick, u, v])
     }
 
-    /// Numbers (pick, position) by which [`Scene::sample_emission`] takes the emitter vertex x₀. `None` where there are none.
+    /// Numbers (pick, position) by which [`Scene::sample_emission`] takes the emitter vertex x₀.
+    /// `None` where there are none.
     pub fn invert_emission_vertex<U: PrimarySample>(
         &self,
         vertex: &Vertex,
@@ -63,7 +66,8 @@ impl Scene {
         Some([pick, u, v])
     }
 
-    /// Numbers (direction) by which [`Scene::sample_emission`] goes on from x₀ to x₁. `None` where there are none.
+    /// Numbers (direction) by which [`Scene::sample_emission`] goes on from x₀ to x₁. `None` where
+    /// there are none.
     pub fn invert_emission_next(&self, vertex: &Vertex, next: &Vertex) -> Option<[f32; 2]> {
         match vertex {
             Vertex::Surface(point) => {

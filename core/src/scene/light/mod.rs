@@ -1,4 +1,5 @@
-//! The scene's light: what it emits, and how x₀ is sampled for next-event estimation from a point and for light subpaths.
+//! The scene's light: what it emits, and how x₀ is sampled for next-event estimation from a point
+//! and for light subpaths.
 
 mod cone;
 mod inverse;
@@ -49,8 +50,8 @@ pub struct EmissionSample {
 }
 
 impl EmissionSample {
-    /// L_e |cos θ₀| / p(x₀, direction): the throughput of the light subpath on its way to x₁. 0 for a direction in the
-    /// surface itself, whose density is 0 as well.
+    /// L_e |cos θ₀| / p(x₀, direction): the throughput of the light subpath on its way to x₁. 0 for
+    /// a direction in the surface itself, whose density is 0 as well.
     #[inline]
     pub fn throughput(&self) -> Rgb {
         let density = self.pdf.value() * self.next.value();
@@ -98,17 +99,19 @@ impl Scene {
         }
     }
 
-    /// x₀ and the radiance that an edge in direction `d` meets where it leaves the scene; no vertex without an environment.
+    /// x₀ and the radiance that an edge in direction `d` meets where it leaves the scene; no vertex
+    /// without an environment.
     #[inline]
     pub fn background(&self, d: Vec3) -> (Option<Vertex>, Rgb) {
         let vertex = |emitter| Vertex::InfiniteEmitter { emitter, to: d };
         (self.emitters.background().map(vertex), self.emitters.background_radiance(d))
     }
 
-    /// Samples x₀ for next-event estimation from `reference`. `None` where no emitter reaches it by this technique.
+    /// Samples x₀ for next-event estimation from `reference`. `None` where no emitter reaches it by
+    /// this technique.
     ///
-    /// Spheres seen from outside are sampled by solid angle (uniform in the cone, Shirley et al. 1996), other
-    /// shapes by area, the environment uniformly over directions.
+    /// Spheres seen from outside are sampled by solid angle (uniform in the cone, Shirley et al.
+    /// 1996), other shapes by area, the environment uniformly over directions.
     #[inline]
     pub fn sample_direct(&self, reference: Vec3, pick: f32, u: [f32; 2]) -> Option<DirectSample> {
         let (emitter, mass) = self.emitters().pick(pick)?;
@@ -145,7 +148,8 @@ impl Scene {
         Some(DirectSample { vertex, emitter, radiance, pdf: pdf * mass })
     }
 
-    /// Density with which [`Scene::sample_direct`] makes x₀ from `reference`, choice of emitter included.
+    /// Density with which [`Scene::sample_direct`] makes x₀ from `reference`, choice of emitter
+    /// included.
     pub fn pdf_direct(&self, reference: Vec3, vertex: &Vertex) -> Density<Area> {
         let Some(emitter) = vertex.emitter() else { return Density::ZERO };
         let pdf = match (*self.emitters().get(emitter), vertex) {
@@ -232,7 +236,8 @@ impl Scene {
         })
     }
 
-    /// Density of x₀ in its own measure when a light subpath starts (s ≥ 2), choice of emitter included.
+    /// Density of x₀ in its own measure when a light subpath starts (s ≥ 2), choice of emitter
+    /// included.
     pub fn pdf_emission_vertex(&self, vertex: &Vertex) -> Density<Area> {
         let Some(emitter) = vertex.emitter() else { return Density::ZERO };
         let pdf = match (*self.emitters().get(emitter), vertex) {

@@ -1,4 +1,5 @@
-//! The method against its own slow form, against exact answers and against the integrators that come with pathspace.
+//! The method against its own slow form, against exact answers and against the integrators that
+//! come with pathspace.
 
 mod slow;
 mod truth;

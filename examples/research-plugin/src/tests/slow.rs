@@ -1,4 +1,5 @@
-//! Densities and weights of all techniques of a whole path: every factor written out, nothing carried along.
+//! Densities and weights of all techniques of a whole path: every factor written out, nothing
+//! carried along.
 
 use pathspace::core::Scene;
 use pathspace::core::bsdf::TransportMode;

@@ -19,8 +19,9 @@ fn registry() -> Registry {
         .with(NAME, "", |spec, defaults| Ok(Box::new(Vcm::from_spec(spec, defaults)?)))
 }
 
-/// On a sphere the disk of a merge has exactly the area πr² and flux is uniform. What is lost are directions below the horizon of the
-/// merged vertex but not of the photon's, r²/8 of the light in a unit sphere: 3·10⁻⁴ here.
+/// On a sphere the disk of a merge has exactly the area πr² and flux is uniform. What is lost are
+/// directions below the horizon of the merged vertex but not of the photon's, r²/8 of the light in
+/// a unit sphere: 3·10⁻⁴ here.
 #[test]
 fn merging_in_an_integrating_sphere_gives_the_exact_answer() {
     let scenes = exact::all();

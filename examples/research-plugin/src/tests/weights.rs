@@ -1,4 +1,5 @@
-//! Weights of every technique of given paths by the code that renders, against the slow form; their sum is 1.
+//! Weights of every technique of given paths by the code that renders, against the slow form; their
+//! sum is 1.
 
 use pathspace::core::Scene;
 use pathspace::core::scene::DirectSample;
@@ -94,7 +95,8 @@ fn production(scene: &Scene, at: &At<'_>, path: &Path) -> Vec<(Way, f64)> {
     made
 }
 
-/// How far rounding of positions may move a weight: a direction errs by 2⁻²⁴ over the length of its edge, more at grazing angles.
+/// How far rounding of positions may move a weight: a direction errs by 2⁻²⁴ over the length of its
+/// edge, more at grazing angles.
 fn tolerance(path: &Path) -> f64 {
     let edges = path.vertices.windows(2).map(|w| w[0].edge_to(&w[1]));
     let shortest = edges.map(|e| e.distance2().sqrt() * e.cos_a().min(e.cos_b()));
@@ -125,7 +127,8 @@ fn check(spec: &str, beta: f64, scenes: &[&str]) {
                 weights += 1;
                 merged += usize::from(matches!(way, Way::Merge { .. }));
             }
-            // Edges seen from one side only, and lenses, whose point t = 1 samples anew, leave ways out.
+            // Edges seen from one side only, and lenses, whose point t = 1 samples anew, leave ways
+            // out.
             if made.len() == ways.len() && pinhole {
                 let sum: f64 = made.iter().map(|(_, w)| w).sum();
                 off += usize::from(!((sum - 1.0).abs() <= tolerance));

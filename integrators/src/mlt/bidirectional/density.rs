@@ -1,4 +1,5 @@
-//! T(x̄→ȳ) of the vertices that were added, summed over all splits that could have made them (Veach 1997, §11.4.2.3).
+//! T(x̄→ȳ) of the vertices that were added, summed over all splits that could have made them (Veach
+//! 1997, §11.4.2.3).
 
 use pathspace_core::Scene;
 use pathspace_core::bsdf::TransportMode;
@@ -7,7 +8,8 @@ use pathspace_core::path::Vertex;
 use super::super::path::MltPath;
 use super::ends::Ends;
 
-/// ln of the mean over the possible splits of p(new vertices | kept ones); `None` where no split makes them.
+/// ln of the mean over the possible splits of p(new vertices | kept ones); `None` where no split
+/// makes them.
 pub(super) fn ln_added(scene: &Scene, y: &MltPath, ends: &Ends) -> Option<f64> {
     let kept = ends.kept;
     let added = kept.replaced(y)?;

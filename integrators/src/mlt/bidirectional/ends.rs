@@ -38,7 +38,8 @@ impl Ends {
         }
     }
 
-    /// Whether `added` vertices can come from techniques with s emitter-side vertices, as far as the ends tell.
+    /// Whether `added` vertices can come from techniques with s emitter-side vertices, as far as
+    /// the ends tell.
     fn can_split(&self, added: usize, s: usize) -> bool {
         let Kept { light, sensor } = self.kept;
         let Some(t) = (light + sensor + added).checked_sub(s) else { return false };
@@ -59,7 +60,8 @@ impl Ends {
         light_end && sensor_end
     }
 
-    /// The values of s by which `added` vertices may be made: s − `light` of them from the emitter side, the rest from the sensor.
+    /// The values of s by which `added` vertices may be made: s − `light` of them from the emitter
+    /// side, the rest from the sensor.
     pub(super) fn splits(&self, added: usize) -> impl Iterator<Item = usize> + '_ {
         (self.kept.light..=self.kept.light + added).filter(move |&s| self.can_split(added, s))
     }

@@ -13,8 +13,9 @@ use super::super::emission;
 use super::super::mutator::Kept;
 use super::super::path::MltPath;
 
-/// The path that keeps `kept` of `x` and has `added` new vertices between, those up to x_{s−1} sampled from the emitter
-/// side, the others from the sensor side; `None` where a walk ends early, hits what it should not, or is hidden from the other.
+/// The path that keeps `kept` of `x` and has `added` new vertices between, those up to x_{s−1}
+/// sampled from the emitter side, the others from the sensor side; `None` where a walk ends early,
+/// hits what it should not, or is hidden from the other.
 pub(super) fn join(
     scene: &Scene,
     x: &MltPath,
@@ -90,7 +91,8 @@ impl Part {
     }
 }
 
-/// Extends a sensor subpath x_k, x_{k−1}, … to `t` vertices, the last of them on an emitter if `to_emitter`.
+/// Extends a sensor subpath x_k, x_{k−1}, … to `t` vertices, the last of them on an emitter if
+/// `to_emitter`.
 fn extend_sensor(
     scene: &Scene,
     sensor: &mut Part,

@@ -1,4 +1,5 @@
-//! Which part of a path is deleted, and how many vertices take its place (Veach 1997, §11.4.2.1 and §11.4.2.2).
+//! Which part of a path is deleted, and how many vertices take its place (Veach 1997, §11.4.2.1 and
+//! §11.4.2.2).
 
 use super::super::mutator::Kept;
 use super::super::path::MltPath;
@@ -22,13 +23,14 @@ fn deletion_share(edges: usize) -> f64 {
     }
 }
 
-/// Unnormalised probability that `change` edges more or fewer are added than deleted: ½, then ¼·2^{−j} either way.
+/// Unnormalised probability that `change` edges more or fewer are added than deleted: ½, then
+/// ¼·2^{−j} either way.
 fn addition_share(change: usize) -> f64 {
     if change == 0 { 0.5 } else { 0.25 * half_to(change) }
 }
 
-/// The distribution of deletions on one path. A deletion that no technique could undo has probability 0, so that its proposals, which
-/// could only be rejected, are never made.
+/// The distribution of deletions on one path. A deletion that no technique could undo has
+/// probability 0, so that its proposals, which could only be rejected, are never made.
 pub(super) struct Deletion {
     /// Number of samplable techniques with less than s emitter-side vertices.
     samplable_below: Vec<u32>,

@@ -1,7 +1,9 @@
-//! The bidirectional mutation (Veach 1997, §11.4.2): a part of the path is deleted, and the two ends are joined anew as in
-//! bidirectional path tracing, by vertices from either side. It alone makes the chain ergodic: the whole path may be replaced.
+//! The bidirectional mutation (Veach 1997, §11.4.2): a part of the path is deleted, and the two
+//! ends are joined anew as in bidirectional path tracing, by vertices from either side. It alone
+//! makes the chain ergodic: the whole path may be replaced.
 //!
-//! T(x̄→ȳ) = p_d(x̄, kept) · p_a(added | deleted, kept) · mean over the splits (s, t) of Π p(new vertices | kept ones).
+//! T(x̄→ȳ) = p_d(x̄, kept) · p_a(added | deleted, kept) · mean over the splits (s, t) of Π p(new
+//! vertices | kept ones).
 
 mod density;
 mod ends;

@@ -9,8 +9,8 @@ use pathspace_core::scene::SurfacePoint;
 
 use super::linear::Matrix;
 
-/// C = 0 for a chain of specular vertices between two ends (Jakob and Marschner 2012, §4.1): per vertex the projection of
-/// n_c ω_c + n_l ω_l on the shading plane.
+/// C = 0 for a chain of specular vertices between two ends (Jakob and Marschner 2012, §4.1): per
+/// vertex the projection of n_c ω_c + n_l ω_l on the shading plane.
 pub(super) struct Constraints {
     /// C₁ … C_n, two numbers each.
     pub values: Vec<f64>,
@@ -22,7 +22,8 @@ pub(super) struct Constraints {
 
 /// Accuracy of directions by that of normals.
 const NORMALS: f64 = 1e-5;
-/// Accuracy of positions in the normalised scene; over the distance to the next vertex it is that of a direction.
+/// Accuracy of positions in the normalised scene; over the distance to the next vertex it is that
+/// of a direction.
 const POSITIONS: f64 = 3e-7;
 
 /// Orthonormal tangents of the surface.
@@ -31,7 +32,8 @@ pub(super) fn tangents(point: &SurfacePoint) -> [DVec3; 2] {
     [frame.s.as_dvec3(), frame.t.as_dvec3()]
 }
 
-/// A direction ω towards a neighbour at `p` and how it turns where the neighbour or the point itself moves.
+/// A direction ω towards a neighbour at `p` and how it turns where the neighbour or the point
+/// itself moves.
 struct Ray {
     w: DVec3,
     /// 1/distance; 0 at infinity.
@@ -116,15 +118,16 @@ impl Constraints {
         Constraints { values, jacobian, rounding }
     }
 
-    /// Largest violation, in units of what the rounding of positions and normals may be: 1 where the laws hold.
+    /// Largest violation, in units of what the rounding of positions and normals may be: 1 where
+    /// the laws hold.
     pub(super) fn residual(&self) -> f64 {
         let scaled = self.values.iter().zip(self.rounding.iter().flat_map(|r| [r, r]));
         scaled.fold(0.0, |m, (v, rounding)| (v.abs() / rounding).max(m))
     }
 }
 
-/// ln of the density of specular vertices that obey the constraints, relative to their delta functions: ln |det ∂C/∂x|. `None` at a fold
-/// of the caustic.
+/// ln of the density of specular vertices that obey the constraints, relative to their delta
+/// functions: ln |det ∂C/∂x|. `None` at a fold of the caustic.
 pub(super) fn ln_chain_density(
     scene: &Scene,
     b: &SurfacePoint,

@@ -1,8 +1,10 @@
-//! The manifold perturbation (Jakob and Marschner 2012, "Manifold Exploration"): suffixes (D|L) S⁺ D S* E.
+//! The manifold perturbation (Jakob and Marschner 2012, "Manifold Exploration"): suffixes (D|L) S⁺
+//! D S* E.
 //!
-//! The film position moves and the walk goes to the first non-specular vertex x_b, as in the lens perturbation. From there the specular vertices
-//! x_{b−1} … x_{c+1} are found again that lead to x_c, which stays: a Newton walk on the manifold of paths that obey the laws of
-//! reflection and refraction. So light from the smallest of sources stays in a chain through glass and mirrors.
+//! The film position moves and the walk goes to the first non-specular vertex x_b, as in the lens
+//! perturbation. From there the specular vertices x_{b−1} … x_{c+1} are found again that lead to
+//! x_c, which stays: a Newton walk on the manifold of paths that obey the laws of reflection and
+//! refraction. So light from the smallest of sources stays in a chain through glass and mirrors.
 //!
 //! | step | file |
 //! | --- | --- |
@@ -10,9 +12,11 @@
 //! | the walk | `newton` |
 //! | linear equations | `linear` |
 //!
-//! The walk makes the specular vertices out of x_b and x_c without any choice. The delta function of a vertex is δ²(C_i), C_i the projection of the generalised
-//! half vector n_c ω_c + n_l ω_l on the shading plane, the same as for every other density (n² dσ⊥ is the area of that projection).
-//! So the density of the specular vertices is |det ∂(C_{b−1} … C_{c+1})/∂(x_{b−1} … x_{c+1})|, relative to those delta functions.
+//! The walk makes the specular vertices out of x_b and x_c without any choice. The delta function
+//! of a vertex is δ²(C_i), C_i the projection of the generalised half vector n_c ω_c + n_l ω_l on
+//! the shading plane, the same as for every other density (n² dσ⊥ is the area of that projection).
+//! So the density of the specular vertices is |det ∂(C_{b−1} … C_{c+1})/∂(x_{b−1} … x_{c+1})|,
+//! relative to those delta functions.
 
 mod constraint;
 mod linear;
@@ -32,8 +36,8 @@ use super::perturb::{Plan, SensorSide, Sizes, same_kind};
 /// Longest chain of specular vertices that is walked.
 const MAX_CHAIN: usize = 8;
 
-/// Chains found on the way there and on the way back are one where their vertices differ by less than this part of the
-/// distance of their ends: solutions have the accuracy of `f32` positions.
+/// Chains found on the way there and on the way back are one where their vertices differ by less
+/// than this part of the distance of their ends: solutions have the accuracy of `f32` positions.
 const SAME: f64 = 2e-3;
 
 /// The manifold perturbation.

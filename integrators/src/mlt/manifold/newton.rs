@@ -1,5 +1,6 @@
-//! The walk on the manifold: Newton's method on the constraints, every step brought back onto the surfaces by tracing it
-//! (Jakob and Marschner 2012, §4.3, with the ends fixed as in Zeltner et al. 2020).
+//! The walk on the manifold: Newton's method on the constraints, every step brought back onto the
+//! surfaces by tracing it (Jakob and Marschner 2012, §4.3, with the ends fixed as in Zeltner et al.
+//! 2020).
 
 use glam::DVec3;
 use pathspace_core::Scene;
@@ -15,8 +16,8 @@ const MAX_STEPS: usize = 20;
 /// Shortest part of a Newton step.
 const SMALLEST_PART: f64 = 1.0 / 32.0;
 
-/// The chain between `b` and `c` that Newton's method finds from the chain `points`; `None` where it does not converge.
-/// A function of its arguments alone.
+/// The chain between `b` and `c` that Newton's method finds from the chain `points`; `None` where
+/// it does not converge. A function of its arguments alone.
 pub(super) fn walk(
     scene: &Scene,
     b: &SurfacePoint,
@@ -60,7 +61,8 @@ pub(super) fn walk(
     None
 }
 
-/// The points moved along their tangent planes by `part` of `step`, and back onto the same surfaces along the edges of the path.
+/// The points moved along their tangent planes by `part` of `step`, and back onto the same surfaces
+/// along the edges of the path.
 fn moved(
     scene: &Scene,
     b: &SurfacePoint,

@@ -1,7 +1,8 @@
 //! The caustic perturbation (Veach 1997, §11.4.3.2): suffixes (D|L) S⁺ D E.
 //!
-//! The direction at the vertex before the specular vertices moves, the walk follows them to the non-specular vertex, and the sensor's vertex
-//! is connected to it. It moves caustics as the lens perturbation moves what is seen.
+//! The direction at the vertex before the specular vertices moves, the walk follows them to the
+//! non-specular vertex, and the sensor's vertex is connected to it. It moves caustics as the lens
+//! perturbation moves what is seen.
 
 use pathspace_core::Scene;
 use pathspace_core::bsdf::{Event, TransportMode};
@@ -46,8 +47,9 @@ impl Caustic {
         Kept { light: pivot + 1, sensor: 1 }
     }
 
-    /// Distances at the pivot (angles; lengths for a pivot at infinity) that move the image of the caustic about as far as the lens perturbation
-    /// would: the distance seen from the sensor over the length of the chain. It depends on the path, as the way back depends on the new one.
+    /// Distances at the pivot (angles; lengths for a pivot at infinity) that move the image of the
+    /// caustic about as far as the lens perturbation would: the distance seen from the sensor over
+    /// the length of the chain. It depends on the path, as the way back depends on the new one.
     fn size(&self, x: &MltPath, pivot: usize) -> LogUniform {
         let k = x.length();
         let distance = |i: usize| x.edge(i).distance2().sqrt();

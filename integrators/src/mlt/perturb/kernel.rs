@@ -1,4 +1,5 @@
-//! Distances of perturbations: uniform in the logarithm, so that small and large ones are equally likely (Veach 1997, §11.4.3).
+//! Distances of perturbations: uniform in the logarithm, so that small and large ones are equally
+//! likely (Veach 1997, §11.4.3).
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,5 @@
-//! Perturbations: small moves of a part of the path, with everything specular followed (Veach 1997, §11.4.3).
+//! Perturbations: small moves of a part of the path, with everything specular followed (Veach 1997,
+//! §11.4.3).
 
 mod caustic;
 mod kernel;
@@ -15,7 +16,8 @@ use std::f64::consts::PI;
 
 use pathspace_core::Scene;
 
-/// How far perturbations go on the film (Veach 1997, §11.4.3.1: 0.1 pixels to a disk of 5 % of the film).
+/// How far perturbations go on the film (Veach 1997, §11.4.3.1: 0.1 pixels to a disk of 5 % of the
+/// film).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sizes {
     /// Smallest distance in pixels.

@@ -1,8 +1,10 @@
-//! Perturbations that start at the sensor: the lens perturbation and, where a non-specular vertex sees the rest of the path by specular
-//! vertices only, the multi-chain perturbation (Veach 1997, §11.4.3.1 and §11.4.3.3).
+//! Perturbations that start at the sensor: the lens perturbation and, where a non-specular vertex
+//! sees the rest of the path by specular vertices only, the multi-chain perturbation (Veach 1997,
+//! §11.4.3.1 and §11.4.3.3).
 //!
-//! The film position moves, the walk follows the specular vertices of the path to the first non-specular vertex. If the next one can be connected
-//! to, the rest of the path stays. Else the direction there is perturbed as well, and so on; a chain that leads to the emitter itself must
+//! The film position moves, the walk follows the specular vertices of the path to the first
+//! non-specular vertex. If the next one can be connected to, the rest of the path stays. Else the
+//! direction there is perturbed as well, and so on; a chain that leads to the emitter itself must
 //! hit an emitter again.
 
 use pathspace_core::Scene;
@@ -29,7 +31,8 @@ pub(in crate::mlt) struct Plan {
 }
 
 impl Plan {
-    /// `None` where no walk from the sensor can end: a specular vertex in front of a light that can not be hit.
+    /// `None` where no walk from the sensor can end: a specular vertex in front of a light that can
+    /// not be hit.
     fn of(x: &MltPath) -> Option<Plan> {
         let mut turns = 0;
         let mut i = x.length() - 1;
@@ -60,7 +63,8 @@ pub(in crate::mlt) struct SensorSide {
     film: LogUniform,
     /// Angle at vertices that spread.
     angle: LogUniform,
-    /// Area of the film in pixels: converts densities on the film to densities of the camera's samples.
+    /// Area of the film in pixels: converts densities on the film to densities of the camera's
+    /// samples.
     film_area: f64,
 }
 
@@ -170,12 +174,13 @@ impl SensorSide {
     }
 }
 
-/// The lens perturbation: suffixes (D|L) D S* E, and L S* E seen directly or in mirrors (Veach 1997, §11.4.3.1).
+/// The lens perturbation: suffixes (D|L) D S* E, and L S* E seen directly or in mirrors (Veach
+/// 1997, §11.4.3.1).
 #[derive(Clone, Debug)]
 pub struct Lens(SensorSide);
 
-/// The multi-chain perturbation: suffixes (D|L) (D S⁺)⁺ … E, with a perturbed direction at every non-specular vertex that sees the next one
-/// by specular vertices only (Veach 1997, §11.4.3.3).
+/// The multi-chain perturbation: suffixes (D|L) (D S⁺)⁺ … E, with a perturbed direction at every
+/// non-specular vertex that sees the next one by specular vertices only (Veach 1997, §11.4.3.3).
 #[derive(Clone, Debug)]
 pub struct MultiChain(SensorSide);
 

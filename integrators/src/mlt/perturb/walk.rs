@@ -8,7 +8,8 @@ use pathspace_core::scene::SurfacePoint;
 
 use super::super::path::MltPath;
 
-/// The ray that goes on from `point`, reached from direction `from`, by a specular event; `None` where the surface has no such component there.
+/// The ray that goes on from `point`, reached from direction `from`, by a specular event; `None`
+/// where the surface has no such component there.
 pub(super) fn follow(
     scene: &Scene,
     point: &SurfacePoint,
@@ -21,8 +22,9 @@ pub(super) fn follow(
     Some(point.spawn(point.frame.to_world(sample.wi)))
 }
 
-/// Density per solid angle of the direction `to` of a specular component that is taken for sure, relative to the common delta function:
-/// n_to² |ω_to·n_c|, n_c the normal that the component is about.
+/// Density per solid angle of the direction `to` of a specular component that is taken for sure,
+/// relative to the common delta function: n_to² |ω_to·n_c|, n_c the normal that the component is
+/// about.
 pub(super) fn sure_density(
     scene: &Scene,
     point: &SurfacePoint,
@@ -35,13 +37,15 @@ pub(super) fn sure_density(
     n * n * f64::from(law.cos)
 }
 
-/// True where the paths have the same length and the same kinds of vertices, specular components included, between x_first and x_last.
+/// True where the paths have the same length and the same kinds of vertices, specular components
+/// included, between x_first and x_last.
 pub(in crate::mlt) fn same_kind(x: &MltPath, y: &MltPath, first: usize, last: usize) -> bool {
     x.length() == y.length()
         && (first..=last).all(|i| x.is_specular(i) == y.is_specular(i) && x.event(i) == y.event(i))
 }
 
-/// Where a walk hits a surface on which the event of x_i can happen, as far as the side alone tells.
+/// Where a walk hits a surface on which the event of x_i can happen, as far as the side alone
+/// tells.
 pub(super) fn hit_like(scene: &Scene, ray: &Ray, x: &MltPath, i: usize) -> Option<SurfacePoint> {
     let point = scene.intersect(ray)?;
     let possible = match x.event(i) {

@@ -99,7 +99,8 @@ pub(super) fn blend(
     Ok(MaterialKind::Mixture { models: weights.into_iter().zip(models).collect() })
 }
 
-/// `mixturebsdf` of Mitsuba 0.x: a weight for each model; weights whose sum is over 1 are divided by it.
+/// `mixturebsdf` of Mitsuba 0.x: a weight for each model; weights whose sum is over 1 are divided
+/// by it.
 pub(super) fn mixture(
     context: &mut Context<'_>,
     props: &mut Props<'_>,
@@ -158,7 +159,8 @@ fn map(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<Arc<Texture>>
     }
 }
 
-/// `coating` and `roughcoating` of Mitsuba 0.x, which Mitsuba 3 does not have. Over a diffuse base they are plastic; other models lose their coat.
+/// `coating` and `roughcoating` of Mitsuba 0.x, which Mitsuba 3 does not have. Over a diffuse base
+/// they are plastic; other models lose their coat.
 pub(super) fn coating(
     context: &mut Context<'_>,
     props: &mut Props<'_>,

@@ -1,4 +1,5 @@
-//! Parameters of scattering models: colours, numbers, textures in their place, refractive indices, roughness.
+//! Parameters of scattering models: colours, numbers, textures in their place, refractive indices,
+//! roughness.
 
 use std::sync::Arc;
 
@@ -37,7 +38,8 @@ pub(super) fn factor(
     Ok(mean)
 }
 
-/// A number from `min` to `max`, or a texture, whose mean is returned; a colour stands for its luminance.
+/// A number from `min` to `max`, or a texture, whose mean is returned; a colour stands for its
+/// luminance.
 pub(super) fn number(
     context: &mut Context<'_>,
     props: &mut Props<'_>,
@@ -127,7 +129,8 @@ pub(super) fn metal(context: &mut Context<'_>, props: &mut Props<'_>) -> Result<
 /// Smallest roughness: Mitsuba takes it for every smaller one.
 const MIN_ALPHA: f64 = 1e-4;
 
-/// Largest roughness: beyond it the squares of the distribution leave the range of single precision.
+/// Largest roughness: beyond it the squares of the distribution leave the range of single
+/// precision.
 const MAX_ALPHA: f64 = 1e4;
 
 pub(super) fn distribution(
@@ -137,7 +140,8 @@ pub(super) fn distribution(
     match props.string("distribution")?.map(str::to_ascii_lowercase).as_deref() {
         None | Some("beckmann") => Ok(MicrofacetKind::Beckmann),
         Some("ggx") => Ok(MicrofacetKind::Ggx),
-        // Mitsuba 0.x has both, with exponents that it makes of alpha so that they look like Beckmann's.
+        // Mitsuba 0.x has both, with exponents that it makes of alpha so that they look like
+        // Beckmann's.
         Some(name @ ("phong" | "as")) if props.object.old => {
             let text = format!("distribution \"{name}\" is read as \"beckmann\"");
             context.note(NoteKind::Differs, text, props.place());

@@ -157,7 +157,8 @@ fn indices(props: &mut Props<'_>, inside: &str) -> Result<[f32; 2]> {
     ])
 }
 
-/// The same where a rough boundary needs them to differ: as near as makes no difference to the image otherwise.
+/// The same where a rough boundary needs them to differ: as near as makes no difference to the
+/// image otherwise.
 fn apart(props: &mut Props<'_>, inside: &str) -> Result<[f32; 2]> {
     let [int_ior, ext_ior] = indices(props, inside)?;
     if int_ior == ext_ior {

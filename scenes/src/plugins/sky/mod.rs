@@ -1,5 +1,5 @@
-//! Sun and sky: the model of Hosek and Wilkie 2012 ("An Analytic Model for Full Spectral Sky-Dome Radiance") as an environment map, and the sun as a
-//! direction.
+//! Sun and sky: the model of Hosek and Wilkie 2012 ("An Analytic Model for Full Spectral Sky-Dome
+//! Radiance") as an environment map, and the sun as a direction.
 
 mod sun;
 
@@ -104,7 +104,8 @@ pub(super) fn read(
     Ok(emitters)
 }
 
-/// The sky over all directions of an environment map, +y up, black below the horizon; `sun` in its space.
+/// The sky over all directions of an environment map, +y up, black below the horizon; `sun` in its
+/// space.
 fn map(turbidity: f64, albedo: [f64; 3], sun: DVec3, scale: f64) -> Option<Bitmap> {
     let [width, height] = SIZE;
     let mut texels = vec![0.0; 3 * width as usize * height as usize];
@@ -135,7 +136,8 @@ fn map(turbidity: f64, albedo: [f64; 3], sun: DVec3, scale: f64) -> Option<Bitma
     Bitmap::from_floats(width, height, 3, texels).ok()
 }
 
-/// Zenith angle and azimuth of the sun from place and time (Blanco-Muriel et al. 2001, "Computing the Solar Vector").
+/// Zenith angle and azimuth of the sun from place and time (Blanco-Muriel et al. 2001, "Computing
+/// the Solar Vector").
 fn sun_angles(props: &mut Props<'_>) -> Result<[f64; 2]> {
     let mut number =
         |name: &str, default: f64| -> Result<f64> { Ok(props.float(name)?.unwrap_or(default)) };

@@ -1,6 +1,7 @@
 //! Irradiance of the sun behind clear air, on a plane across its direction.
 //!
-//! These are the numbers that Mitsuba 3.9.1 (`scalar_rgb`) reports for its `sunsky` without a sky, negative ones set to 0.
+//! These are the numbers that Mitsuba 3.9.1 (`scalar_rgb`) reports for its `sunsky` without a sky,
+//! negative ones set to 0.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -92,7 +93,8 @@ const TABLE: [[[f32; 3]; STEPS + 1]; 10] = [
     ],
 ];
 
-/// Irradiance in linear sRGB for a turbidity from 1 to 10 and an elevation above the horizon in radians, linear between the entries.
+/// Irradiance in linear sRGB for a turbidity from 1 to 10 and an elevation above the horizon in
+/// radians, linear between the entries.
 pub(super) fn irradiance(turbidity: f64, elevation: f64) -> [f64; 3] {
     let place = |x: f64, last: usize| {
         let i = (x.max(0.0) as usize).min(last - 1);

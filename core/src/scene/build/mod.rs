@@ -1,18 +1,19 @@
 //! From a description to a scene: validation, normalisation, primitives in order, emitters.
 
+mod light;
+
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
-use super::check::{check_environment, check_film, check_shape};
+use super::check::{check_film, check_shape};
 use super::shape::{Face, Mesh, Shape, ShapeKind};
 use super::warnings::Sizes;
 use super::{Ball, NO_EMITTER, Normalisation, Scene, SceneError, media_build};
 use crate::bsdf::{Bsdf, Textures};
-use crate::color::Rgb;
 use crate::description::*;
-use crate::emitter::{Beam, BeamShape, Emitter, Emitters, Environment};
+use crate::emitter::{Beam, Emitter, Emitters, Environment};
 use crate::geometry::{Accel, CylinderPrim, DiskPrim, Primitives, SpherePrim};
 use crate::medium::MediumIndex;
 use crate::sensor::Sensor;
@@ -24,7 +25,8 @@ impl Scene {
     /// Builds a scene: checks every value, normalises, builds the tree.
     ///
     /// # Errors
-    /// One error that names the shape, material, emitter, sensor or film value that is out of range.
+    /// One error that names the shape, material, emitter, sensor or film value that is out of
+    /// range.
     pub fn new(description: &SceneDescription) -> Result<Scene, SceneError> {
         check_film(&description.film)?;
         let mut materials = Vec::with_capacity(description.materials.len());
@@ -42,7 +44,8 @@ impl Scene {
         let mut builder = Builder { normalisation, ball, ..Builder::default() };
         let media = media_build::has_media(&description.media);
         for s in &description.shapes {
-            // Where there are media, edges go through index-matched surfaces: those have a tree of their own.
+            // Where there are media, edges go through index-matched surfaces: those have a tree of
+            // their own.
             let passed = media && description.materials[s.material].kind == MaterialKind::Null;
             if passed && s.emission.is_some() {
                 let problem = "emits and is index-matched: not both in a scene with media";
@@ -100,7 +103,8 @@ impl Scene {
     }
 }
 
-/// Scale and shift by what surfaces occupy, the ball that beams must cover, and the ball from whose border far cameras look.
+/// Scale and shift by what surfaces occupy, the ball that beams must cover, and the ball from whose
+/// border far cameras look.
 fn normalise(
     description: &SceneDescription,
 ) -> Result<(Normalisation, Ball, Option<Ball>), SceneError> {
@@ -114,8 +118,9 @@ fn normalise(
     if !center.is_finite() || !radius.is_finite() {
         return Err(SceneError::Geometry("the extent of the surfaces is not finite".into()));
     }
-    // Only along axes on which the surfaces are farther from the origin than from each other: there a difference of two f32
-    // is exact, and elsewhere the origin stays where the author's details are.
+    // Only along axes on which the surfaces are farther from the origin than from each other: there
+    // a difference of two f32 is exact, and elsewhere the origin stays where the author's details
+    // are.
     let shift = |x: f64| if x.abs() >= 3.0 * radius { f64::from(x as f32) } else { 0.0 };
     let center_shift = DVec3::new(shift(center.x), shift(center.y), shift(center.z));
     let exponent = if radius > 0.0 { radius.log2().ceil().clamp(-1000.0, 1000.0) } else { 0.0 };
@@ -136,7 +141,8 @@ fn normalise(
     Ok((normalisation, ball, start))
 }
 
-/// Centre and radius of a ball about the balls that `each` calls its argument with; `None` where there are none.
+/// Centre and radius of a ball about the balls that `each` calls its argument with; `None` where
+/// there are none.
 fn bounding_ball(each: impl Fn(&mut dyn FnMut(DVec3, f64))) -> Option<(DVec3, f64)> {
     let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     each(&mut |p, r| {
@@ -428,117 +434,10 @@ impl Builder {
         }
     }
 
-    fn add_emitter(&mut self, index: usize, e: &EmitterDescription) -> Result<(), SceneError> {
-        let bad = |problem: &str| Err(SceneError::Emitter { index, problem: problem.into() });
-        let scale = self.normalisation.scale;
-        let colour_ok = |c: Rgb| c.is_finite() && c.r >= 0.0 && c.g >= 0.0 && c.b >= 0.0;
-        let disk = PI * (self.ball.radius as f64).powi(2);
-        let (emitter, power) = match e {
-            &EmitterDescription::Point { position, intensity } => {
-                if !position.is_finite() || !colour_ok(intensity) {
-                    return bad(
-                        "position or intensity of the point light is not finite and non-negative",
-                    );
-                }
-                let position = ((position - self.normalisation.center) * scale).as_vec3();
-                let intensity = intensity * (scale * scale) as f32;
-                (Emitter::Point { position, intensity }, 4.0 * PI * intensity.mean() as f64)
-            }
-            EmitterDescription::Spot { to_world, shape } => {
-                let (position, axes) = match rigid(to_world) {
-                    Some(axes) => (to_world.translation, axes),
-                    None => return bad("to_world of the spot light is not a rotation"),
-                };
-                let SpotDescription { intensity, cutoff_degrees, beam_degrees, texture } = shape;
-                let (cutoff, beam) = (cutoff_degrees.to_radians(), beam_degrees.to_radians());
-                // NaN fails every comparison.
-                let sound = colour_ok(*intensity) && cutoff > 0.0 && cutoff < PI / 2.0;
-                if !sound {
-                    return bad("the spot light has no cone between 0° and 90° or a bad intensity");
-                }
-                let shape = BeamShape::Spot {
-                    intensity: *intensity * (scale * scale) as f32,
-                    cutoff,
-                    beam: beam.clamp(0.0, cutoff),
-                    texture: texture.clone(),
-                };
-                self.add_beam(position, Beam::new(axes, shape))
-            }
-            EmitterDescription::Projector { to_world, shape } => {
-                let (position, axes) = match rigid(to_world) {
-                    Some(axes) => (to_world.translation, axes),
-                    None => return bad("to_world of the projector is not a rotation"),
-                };
-                let ProjectorDescription { irradiance, aspect, fov_x_degrees, scale: factor } =
-                    shape;
-                let x = (fov_x_degrees.to_radians() * 0.5).tan();
-                let fov = *fov_x_degrees;
-                let sound = fov > 0.0 && fov < 180.0 && *aspect > 0.0;
-                if !(sound && factor.is_finite() && *factor >= 0.0) {
-                    return bad("angle of view, aspect or scale of the projector is out of range");
-                }
-                let shape = BeamShape::Projector {
-                    image: irradiance.clone(),
-                    scale: *factor * (PI * scale * scale) as f32,
-                    half: [x, x / aspect],
-                };
-                self.add_beam(position, Beam::new(axes, shape))
-            }
-            &EmitterDescription::Directional { direction, irradiance } => {
-                let to = -direction.normalize_or_zero();
-                if to == DVec3::ZERO || !to.is_finite() || !colour_ok(irradiance) {
-                    return bad("direction or irradiance of the directional light is not finite");
-                }
-                let to = to.as_vec3();
-                (Emitter::Directional { to, irradiance }, disk * irradiance.mean() as f64)
-            }
-            &EmitterDescription::Constant { radiance } => {
-                if !colour_ok(radiance) {
-                    return bad("radiance of the environment is not finite and non-negative");
-                }
-                if self.has_environment() {
-                    return bad("a scene has one environment only");
-                }
-                (Emitter::Constant { radiance }, 4.0 * PI * disk * radiance.mean() as f64)
-            }
-            EmitterDescription::Environment { bitmap, to_world, scale } => {
-                if let Some(problem) = check_environment(bitmap, to_world, *scale) {
-                    return Err(SceneError::Emitter { index, problem });
-                }
-                if self.has_environment() {
-                    return bad("a scene has one environment only");
-                }
-                let map = Environment::new(bitmap.clone(), *to_world, *scale);
-                let mean = map.mean();
-                self.environment = Some(map);
-                (Emitter::Environment { mean }, 4.0 * PI * disk * mean.mean() as f64)
-            }
-        };
-        self.emitters.push(emitter);
-        self.power.push(power);
-        Ok(())
-    }
-
-    fn add_beam(&mut self, position: DVec3, beam: Beam) -> (Emitter, f64) {
-        let Normalisation { center, scale } = self.normalisation;
-        let position = ((position - center) * scale).as_vec3();
-        let power = beam.power();
-        self.beams.push(beam);
-        (Emitter::Beam { position, beam: self.beams.len() as u32 - 1 }, power)
-    }
-
     fn has_environment(&self) -> bool {
         let is = |e: &Emitter| matches!(e, Emitter::Constant { .. } | Emitter::Environment { .. });
         self.emitters.iter().any(is)
     }
-}
-
-/// The axes of a rotation, maybe with a mirror; `None` where it stretches or shears.
-fn rigid(t: &DAffine3) -> Option<[DVec3; 3]> {
-    let m = t.matrix3;
-    let off = (m.transpose() * m - DMat3::IDENTITY).to_cols_array();
-    let fits = t.is_finite() && off.iter().all(|v| v.abs() < 1e-3);
-    fits.then(|| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize))
 }
 
 /// Cofactor matrix: transforms normals, and keeps the side for mirrored transforms up to its sign.
@@ -551,8 +450,8 @@ fn normal_transform(m: DMat3) -> DMat3 {
     )
 }
 
-/// Where φ is 0 and π/2 about a cylinder: the tangents of its own axis by Duff et al., "Building an Orthonormal Basis, Revisited" (2017),
-/// as Mitsuba lays its texture coordinates.
+/// Where φ is 0 and π/2 about a cylinder: the tangents of its own axis by Duff et al., "Building an
+/// Orthonormal Basis, Revisited" (2017), as Mitsuba lays its texture coordinates.
 fn around(s: &ShapeDescription) -> [Vec3; 2] {
     let ShapeGeometry::Cylinder { p0, p1, .. } = &s.geometry else { return [Vec3::ZERO; 2] };
     let n = (*p1 - *p0).normalize();
