@@ -185,7 +185,7 @@ fn broken_scenes_are_named_with_file_and_line() {
             5,
         ),
         ("shape", r#"<shape type="obj"/>"#, 5),
-        ("emitter", r#"<emitter type="sun"/>"#, 6),
+        ("emitter", r#"<emitter type="volumelight"/>"#, 6),
         (
             "emitter",
             r#"<emitter type="constant"><spectrum name="radiance" value="400:1, 700"/></emitter>"#,
