@@ -2,11 +2,11 @@
 //! sum is 1.
 
 use pathspace::core::Scene;
-use pathspace::core::scene::DirectSample;
 use pathspace::core::film::RecordingSink;
 use pathspace::core::glam::Vec2;
 use pathspace::core::path::{self, Path, PathRecord};
 use pathspace::core::random::{Address, RandomStream};
+use pathspace::core::scene::DirectSample;
 use pathspace::core::walk::{Walk, WalkVertex};
 
 use super::slow::{self, RULES, Way};
