@@ -18,7 +18,7 @@ use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
 /// A diffuse base with sheen, a metallic or dielectric specular lobe, refraction and a clear coat
-/// ([`super::burley`]), as Mitsuba's `principled`. What is behind the normal lies within the
+/// (`bsdf::burley`), as Mitsuba's `principled`. What is behind the normal lies within the
 /// material: there only specular reflection and refraction are left. Not reciprocal where it
 /// refracts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,7 +15,7 @@ use crate::measure::{Density, SolidAngle};
 use crate::random::PrimarySample;
 
 /// Diffuse reflection and transmission with sheen, specular reflection, and specular transmission
-/// with a roughness that follows the index ([`super::burley`]), as Mitsuba's `principledthin`. The
+/// with a roughness that follows the index (`bsdf::burley`), as Mitsuba's `principledthin`. The
 /// same from both sides. Specular transmission asks whether the light lies behind its facet, and
 /// not whether the sensor does: it is not reciprocal.
 #[derive(Clone, Copy, Debug, PartialEq)]

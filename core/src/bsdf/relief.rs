@@ -39,7 +39,7 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// A model about n_s, until [`Relief::set_normal`] says otherwise.
+    /// A model about n_s, until `set_normal` says otherwise.
     ///
     /// # Errors
     /// Where the model can not be built.

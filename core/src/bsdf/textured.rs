@@ -173,7 +173,7 @@ fn normal(map: &ReliefMap, here: &Here<'_>) -> Vec3 {
 pub enum Resolved<'a> {
     /// The same over the whole surface.
     Constant(&'a Bsdf),
-    /// Made for this point ([`super::memo`]).
+    /// Made for this point (`bsdf::memo`).
     Here(Rc<Bsdf>),
 }
 
