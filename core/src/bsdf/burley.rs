@@ -7,6 +7,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DVec3, Vec3};
 
 use crate::color::Rgb;
+use crate::random::nearest_coordinate;
 
 /// Luminance of a linear sRGB colour.
 #[inline]
@@ -131,7 +132,7 @@ impl Gtr1 {
         let power = m.truncate().length_squared() + a2 * m.z * m.z;
         let u = 1.0 - power.ln() / a2.ln();
         let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-        [turn as f32, u as f32].map(|u| u.clamp(0.0, 1.0 - f32::EPSILON / 2.0))
+        [turn, u].map(nearest_coordinate)
     }
 }
 

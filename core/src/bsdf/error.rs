@@ -37,6 +37,14 @@ pub(super) fn check(
     Err(BsdfError::Parameter { parameter, value: value.to_string(), expected })
 }
 
+/// Checks numbers that lie between 0 and 1.
+pub(super) fn check_units(parameters: &[(&'static str, f32)]) -> Result<(), BsdfError> {
+    for (name, value) in parameters {
+        check(name, *value, "between 0 and 1", |v| (0.0..=1.0).contains(&v))?;
+    }
+    Ok(())
+}
+
 /// Checks each channel of a colour.
 pub(super) fn check_rgb(
     parameter: &'static str,

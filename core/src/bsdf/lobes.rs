@@ -1,5 +1,7 @@
 //! Choices among the lobes of one model.
 
+use std::ops::SubAssign;
+
 use glam::Vec3;
 
 use super::{BsdfSample, ScatterPdf, ScatterSide};
@@ -35,19 +37,34 @@ pub(super) fn invert<const N: usize, U: PrimarySample>(
     free: &mut U,
 ) -> Option<(usize, f32)> {
     let sum: f32 = densities.iter().sum();
-    let mut left = free.next() * sum;
-    let mut lobe = densities.iter().rposition(|d| *d > 0.0)?;
-    for (i, d) in densities.iter().enumerate() {
-        if left < *d {
-            lobe = i;
-            break;
-        }
-        left -= d;
-    }
+    let lobe = among(densities, free.next() * sum)?;
     let low: f32 = shares[..lobe].iter().sum();
     let number =
         coordinate_between(f64::from(low), f64::from(low) + f64::from(shares[lobe]), free.next())?;
     Some((lobe, number))
+}
+
+/// The place at which the running sum of the densities exceeds `number`, which is below their sum but
+/// for rounding. `None` where all are 0.
+pub(super) fn among<T: Copy + Default + PartialOrd + SubAssign>(
+    densities: &[T],
+    number: T,
+) -> Option<usize> {
+    let last = densities.iter().rposition(|d| *d > T::default())?;
+    let mut left = number;
+    for (i, d) in densities.iter().enumerate() {
+        if left < *d {
+            return Some(i);
+        }
+        left -= *d;
+    }
+    Some(last)
+}
+
+/// The density that the lobes have together.
+#[inline]
+pub(super) fn together<const N: usize>(densities: [f32; N]) -> Density<SolidAngle> {
+    Density::new(f64::from(densities.iter().sum::<f32>()))
 }
 
 /// A sample of a density; `None` where the density is 0.

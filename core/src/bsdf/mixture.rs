@@ -8,7 +8,7 @@ use super::{
 use crate::color::Rgb;
 use crate::description::{MaterialKind, Parameter};
 use crate::measure::{Density, Mass, SolidAngle};
-use crate::random::PrimarySample;
+use crate::random::{PrimarySample, nearest_coordinate_in};
 
 /// f = Σ w_i f_i; a model is taken with probability w_i/Σ w_j. The specular components of each
 /// model are components of their own.
@@ -206,16 +206,8 @@ impl Mixture {
             Event::NonSpecular => {
                 let densities: Vec<f64> =
                     self.parts.iter().map(|p| self.density(p, wo, wi)).collect();
-                let mut left = f64::from(free.next()) * densities.iter().sum::<f64>();
-                let mut at = densities.iter().rposition(|d| *d > 0.0)?;
-                for (i, d) in densities.iter().enumerate() {
-                    if left < *d {
-                        at = i;
-                        break;
-                    }
-                    left -= d;
-                }
-                (&self.parts[at], event)
+                let number = f64::from(free.next()) * densities.iter().sum::<f64>();
+                (&self.parts[lobes::among(&densities, number)?], event)
             }
         };
         if part.probability <= 0.0 {
@@ -224,7 +216,8 @@ impl Mixture {
         let before = self.parts.iter().take_while(|p| !std::ptr::eq(*p, part));
         let low: f32 = before.map(|p| p.probability).sum();
         let [lobe, u, v] = part.model.invert(wo, wi, inner, free)?;
-        let number = f64::from(low) + f64::from(lobe) * f64::from(part.probability);
-        Some([(number as f32).min(1.0 - f32::EPSILON / 2.0), u, v])
+        let (low, width) = (f64::from(low), f64::from(part.probability));
+        let number = nearest_coordinate_in(low, low + width, low + f64::from(lobe) * width)?;
+        Some([number, u, v])
     }
 }

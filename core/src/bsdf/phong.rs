@@ -10,7 +10,7 @@ use crate::color::Rgb;
 use crate::description::Parameter;
 use crate::math::{Frame, warp};
 use crate::measure::{Density, SolidAngle};
-use crate::random::PrimarySample;
+use crate::random::{PrimarySample, nearest_coordinate};
 
 /// f = ρ_d/π + ρ_s (n + 2)/(2π) max(0, ω_i·r)ⁿ with r the mirror direction of ω_o (Lafortune and
 /// Willems 1994); black behind.
@@ -79,7 +79,7 @@ impl Phong {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Density::ZERO;
         }
-        Density::new(f64::from(self.densities(wo, wi).iter().sum::<f32>()))
+        lobes::together(self.densities(wo, wi))
     }
 
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
@@ -119,7 +119,6 @@ impl Phong {
             }
             _ => warp::cosine_hemisphere_inverse(wi),
         };
-        let below_one = |u: f32| u.clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        Some([number, below_one(u), below_one(v)])
+        Some([number, nearest_coordinate(u.into()), nearest_coordinate(v.into())])
     }
 }

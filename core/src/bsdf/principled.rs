@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::burley::{
     Gtr1, alphas, base, coat_g1, normal_reflectance, schlick, schlick_weight, sheen_colour, tint,
 };
-use super::error::{BsdfError, check, check_rgb};
+use super::error::{BsdfError, check, check_rgb, check_units};
 use super::half::{Half, refract, upper};
 use super::microfacet::Microfacet;
 use super::{BsdfSample, TransportMode, fresnel, lobes};
@@ -38,7 +38,7 @@ impl Principled {
     pub fn new(kind: &PrincipledKind) -> Result<Self, BsdfError> {
         let unit = |v: f32| (0.0..=1.0).contains(&v);
         check_rgb("base_color", kind.base_color, "values in [0, 1]", unit)?;
-        for (name, value) in [
+        check_units(&[
             ("roughness", kind.roughness),
             ("anisotropic", kind.anisotropic),
             ("metallic", kind.metallic),
@@ -48,9 +48,7 @@ impl Principled {
             ("flatness", kind.flatness),
             ("clearcoat", kind.clearcoat),
             ("clearcoat_gloss", kind.clearcoat_gloss),
-        ] {
-            check(name, value, "between 0 and 1", unit)?;
-        }
+        ])?;
         check("sheen", kind.sheen, "finite and not negative", |v| v >= 0.0)?;
         check("eta", kind.eta, "between 0.0001 and 10000", |v| (1e-4..=1e4).contains(&v))?;
         for rate in kind.rates {
@@ -209,9 +207,7 @@ impl Principled {
             return Density::ZERO;
         }
         match Half::of(wo, wi, self.kind.eta) {
-            Some(half) => {
-                Density::new(f64::from(self.densities(wo, wi, &half).iter().sum::<f32>()))
-            }
+            Some(half) => lobes::together(self.densities(wo, wi, &half)),
             None => Density::ZERO,
         }
     }

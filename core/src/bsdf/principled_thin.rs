@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::burley::{alphas, base, normal_reflectance, schlick_weight, sheen_colour, tint, tinted};
-use super::error::{BsdfError, check, check_rgb};
+use super::error::{BsdfError, check, check_rgb, check_units};
 use super::microfacet::Microfacet;
 use super::{BsdfSample, TransportMode, fresnel, lobes, mirror};
 use crate::color::Rgb;
@@ -48,16 +48,14 @@ impl PrincipledThin {
     pub fn new(kind: &PrincipledThinKind) -> Result<Self, BsdfError> {
         let unit = |v: f32| (0.0..=1.0).contains(&v);
         check_rgb("base_color", kind.base_color, "values in [0, 1]", unit)?;
-        for (name, value) in [
+        check_units(&[
             ("roughness", kind.roughness),
             ("anisotropic", kind.anisotropic),
             ("spec_trans", kind.spec_trans),
             ("spec_tint", kind.spec_tint),
             ("sheen_tint", kind.sheen_tint),
             ("flatness", kind.flatness),
-        ] {
-            check(name, value, "between 0 and 1", unit)?;
-        }
+        ])?;
         check("diff_trans", kind.diff_trans, "between 0 and 2", |v| (0.0..=2.0).contains(&v))?;
         check("sheen", kind.sheen, "finite and not negative", |v| v >= 0.0)?;
         check("eta", kind.eta, "between 0.0001 and 10000", |v| (1e-4..=1e4).contains(&v))?;
@@ -203,7 +201,7 @@ impl PrincipledThin {
 
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> Density<SolidAngle> {
         match self.fold(wo, wi) {
-            Some(p) => Density::new(f64::from(self.densities(&p).iter().sum::<f32>())),
+            Some(p) => lobes::together(self.densities(&p)),
             None => Density::ZERO,
         }
     }

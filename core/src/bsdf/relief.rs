@@ -10,7 +10,7 @@ use crate::color::Rgb;
 use crate::description::MaterialKind;
 use crate::math::Frame;
 use crate::measure::{Density, Mass, SolidAngle};
-use crate::random::PrimarySample;
+use crate::random::{PrimarySample, nearest_coordinate_in};
 
 /// A model f_p in the frame of a normal n_p, seen from the frame of n_s:
 ///
@@ -251,7 +251,7 @@ impl Relief {
         let [lobe, u, v] =
             self.model.invert(frame.to_local(wo), frame.to_local(wi), inner, free)?;
         let low = if which == 1 { f64::from(self.probability(wo, 0)) } else { 0.0 };
-        let number = (low + f64::from(lobe) * probability) as f32;
-        Some([number.min(1.0 - f32::EPSILON / 2.0), u, v])
+        let number = low + f64::from(lobe) * probability;
+        Some([nearest_coordinate_in(low, low + probability, number)?, u, v])
     }
 }

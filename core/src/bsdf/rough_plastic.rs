@@ -126,7 +126,7 @@ impl RoughPlastic {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Density::ZERO;
         }
-        Density::new(f64::from(self.densities(wo, wi).iter().sum::<f32>()))
+        lobes::together(self.densities(wo, wi))
     }
 
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {

@@ -11,7 +11,7 @@ use crate::color::Rgb;
 use crate::description::{Parameter, WardVariant};
 use crate::math::warp;
 use crate::measure::{Density, SolidAngle};
-use crate::random::PrimarySample;
+use crate::random::{PrimarySample, nearest_coordinate};
 
 /// f = ρ_d/π + ρ_s k exp(−((h_x/α_u)² + (h_y/α_v)²)/h_z²)/(π α_u α_v) with h = ω_o + ω_i and k that
 /// of the [`WardVariant`]: 1/(4 √(cos θ_o cos θ_i)) (Ward 1992), 1/(4 cos θ_o cos θ_i) (Dür 2006),
@@ -101,7 +101,7 @@ impl Ward {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Density::ZERO;
         }
-        Density::new(f64::from(self.densities(wo, wi).iter().sum::<f32>()))
+        lobes::together(self.densities(wo, wi))
     }
 
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
@@ -138,7 +138,6 @@ impl Ward {
             }
             _ => warp::cosine_hemisphere_inverse(wi),
         };
-        let below_one = |u: f32| u.clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        Some([number, below_one(u), below_one(v)])
+        Some([number, nearest_coordinate(u.into()), nearest_coordinate(v.into())])
     }
 }

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::color::Rgb;
 use crate::measure::{Density, SolidAngle};
+use crate::random::nearest_coordinate;
 use crate::texture::Texture;
 
 /// Where and how a point shines; its axes are world directions, z along the beam.
@@ -157,7 +158,7 @@ impl Beam {
                 [0.5 - 0.5 * d.x / (d.z * x), 0.5 - 0.5 * d.y / (d.z * y)]
             }
         };
-        Some(u.map(|u| (u as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0)))
+        Some(u.map(nearest_coordinate))
     }
 }
 
